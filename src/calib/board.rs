@@ -1,0 +1,1 @@
+//! Printable boards: PDF and SVG at true scale.

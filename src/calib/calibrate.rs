@@ -1,0 +1,1 @@
+//! The whole calibration: starts, refinement, sanity, evidence.

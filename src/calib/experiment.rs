@@ -1,0 +1,1 @@
+//! The source document's Section V, measured.

@@ -1,0 +1,1 @@
+//! Camera files of other tools: one file a format.

@@ -1,0 +1,1 @@
+//! Joint Levenberg–Marquardt refinement with the Schur complement.

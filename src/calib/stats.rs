@@ -1,0 +1,1 @@
+//! Statistics of errors, coverage and views.

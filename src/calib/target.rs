@@ -1,0 +1,257 @@
+//! The known object in front of the camera.
+
+use nalgebra::Point3;
+use serde::{Deserialize, Serialize};
+use std::{fmt, str::FromStr};
+
+use super::{Error, Result};
+
+/// Unit of a typed length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unit {
+    /// Millimetres.
+    Mm,
+    /// Centimetres.
+    Cm,
+    /// Metres.
+    M,
+    /// Inches.
+    In,
+    /// Not said: lengths are in whatever unit the number was in.
+    #[serde(rename = "unit")]
+    Unspecified,
+    /// No square size is known: lengths are in squares.
+    Squares,
+}
+
+impl Unit {
+    /// As shown after a number.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Mm => "mm",
+            Self::Cm => "cm",
+            Self::M => "m",
+            Self::In => "in",
+            Self::Unspecified => "unit",
+            Self::Squares => "squares",
+        }
+    }
+
+    /// Metres in one of this unit; `None` where it is not a length of the world.
+    pub const fn metres(self) -> Option<f64> {
+        match self {
+            Self::Mm => Some(1e-3),
+            Self::Cm => Some(1e-2),
+            Self::M => Some(1.0),
+            Self::In => Some(0.0254),
+            Self::Unspecified | Self::Squares => None,
+        }
+    }
+}
+
+/// A positive length with its unit, as typed: `25mm`, `1in`, `2,54 cm`, `30`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Length {
+    /// In `unit`; finite and > 0.
+    pub value: f64,
+    /// Unit.
+    pub unit: Unit,
+}
+
+impl FromStr for Length {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let wrong = || {
+            Error::Invalid(format!("\"{text}\" is not a length: write for example 25mm, 2.5cm, 1in or 30"))
+        };
+        let t = text.trim().to_lowercase();
+        let split = t.find(|c: char| c.is_alphabetic() && c != 'e').unwrap_or(t.len());
+        let (number, unit) = t.split_at(split);
+        let unit = match unit.trim() {
+            "" => Unit::Unspecified,
+            "mm" => Unit::Mm,
+            "cm" => Unit::Cm,
+            "m" => Unit::M,
+            "in" | "inch" | "inches" => Unit::In,
+            _ => return Err(wrong()),
+        };
+        let value: f64 = number.trim().replace(',', ".").parse().map_err(|_| wrong())?;
+        if !(value.is_finite() && value > 0.0) {
+            return Err(Error::Invalid(format!("a length must be greater than zero, \"{text}\" is not")));
+        }
+        Ok(Self { value, unit })
+    }
+}
+
+impl fmt::Display for Length {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.unit {
+            Unit::Unspecified => write!(f, "{}", self.value),
+            unit => write!(f, "{} {}", self.value, unit.name()),
+        }
+    }
+}
+
+/// Size of a checkerboard in *inner* corners: columns × rows, `6x9` is not `9x6`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct BoardSize {
+    /// Inner corners along x.
+    pub cols: u32,
+    /// Inner corners along y.
+    pub rows: u32,
+}
+
+impl BoardSize {
+    /// Number of inner corners.
+    pub const fn len(self) -> usize {
+        self.cols as usize * self.rows as usize
+    }
+
+    /// Never: a board has at least 2 × 2 corners.
+    pub const fn is_empty(self) -> bool {
+        self.len() == 0
+    }
+
+    /// Index of the corner in column `col` and row `row`.
+    pub const fn index(self, col: u32, row: u32) -> u32 {
+        row * self.cols + col
+    }
+
+    /// `[column, row]` of an index.
+    pub const fn at(self, index: u32) -> [u32; 2] {
+        [index % self.cols, index / self.cols]
+    }
+
+    /// Number of orders in which the corners could be counted when colours are ignored but the board is not mirrored:
+    /// 2, or 4 where columns = rows.
+    pub const fn rotations(self) -> usize {
+        if self.cols == self.rows { 4 } else { 2 }
+    }
+}
+
+impl FromStr for BoardSize {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let wrong = || {
+            Error::Invalid(format!(
+                "\"{text}\" is not a board size: write inner corners as columns x rows, for example 9x6, each from 2 to 500"
+            ))
+        };
+        let lower = text.trim().to_lowercase().replace(['×', '*'], "x");
+        let (c, r) = lower.split_once('x').ok_or_else(wrong)?;
+        let parse = |s: &str| s.trim().parse::<u32>().ok().filter(|n| (2..=500).contains(n));
+        match (parse(c), parse(r)) {
+            (Some(cols), Some(rows)) => Ok(Self { cols, rows }),
+            _ => Err(wrong()),
+        }
+    }
+}
+
+impl fmt::Display for BoardSize {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.cols, self.rows)
+    }
+}
+
+/// The known object: its points in the board frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Target {
+    /// Inner corners of a checkerboard, `square` apart, corner 0 at the origin.
+    Checkerboard {
+        /// Inner corners.
+        size: BoardSize,
+        /// Edge of a square in the user's unit.
+        square: f64,
+    },
+}
+
+impl Target {
+    /// A checkerboard of `size` inner corners with squares of `square` units.
+    pub const fn checkerboard(size: BoardSize, square: f64) -> Self {
+        Self::Checkerboard { size, square }
+    }
+
+    /// Number of points.
+    pub const fn len(&self) -> usize {
+        match self {
+            Self::Checkerboard { size, .. } => size.len(),
+        }
+    }
+
+    /// Whether there is no point.
+    pub const fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Point `index` in the board frame; `None` outside the target.
+    pub fn point_in_board(&self, index: u32) -> Option<Point3<f64>> {
+        match *self {
+            Self::Checkerboard { size, square } => ((index as usize) < size.len()).then(|| {
+                let [col, row] = size.at(index);
+                Point3::new(f64::from(col) * square, f64::from(row) * square, 0.0)
+            }),
+        }
+    }
+
+    /// All points in the board frame, by index.
+    pub fn points_in_board(&self) -> Vec<Point3<f64>> {
+        (0..self.len() as u32).filter_map(|i| self.point_in_board(i)).collect()
+    }
+
+    /// Centre of the target in the board frame.
+    pub fn center_in_board(&self) -> Point3<f64> {
+        match *self {
+            Self::Checkerboard { size, square } => Point3::new(
+                f64::from(size.cols - 1) * square / 2.0,
+                f64::from(size.rows - 1) * square / 2.0,
+                0.0,
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_are_read_as_people_write_them() {
+        for (text, value, unit) in [
+            ("25mm", 25.0, Unit::Mm),
+            ("25,4 mm", 25.4, Unit::Mm),
+            ("1in", 1.0, Unit::In),
+            ("2.5cm", 2.5, Unit::Cm),
+            ("0.03 m", 0.03, Unit::M),
+            ("30", 30.0, Unit::Unspecified),
+            ("1e-2m", 0.01, Unit::M),
+        ] {
+            assert_eq!(text.parse::<Length>(), Ok(Length { value, unit }), "{text}");
+        }
+        for text in ["", "0", "-25mm", "mm", "25 parsec", "nan", "inf", "1,2,3"] {
+            assert!(text.parse::<Length>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn board_sizes() {
+        assert_eq!("9x6".parse::<BoardSize>(), Ok(BoardSize { cols: 9, rows: 6 }));
+        assert_eq!(" 9 × 6 ".parse::<BoardSize>(), Ok(BoardSize { cols: 9, rows: 6 }));
+        for text in ["", "9", "9x", "x6", "1x6", "9x-6", "9x6x2", "9x60000"] {
+            assert!(text.parse::<BoardSize>().is_err(), "{text}");
+        }
+        let b = BoardSize { cols: 9, rows: 6 };
+        assert!((0..54).all(|i| b.index(b.at(i)[0], b.at(i)[1]) == i));
+    }
+
+    #[test]
+    fn points_follow_the_index() {
+        let t = Target::checkerboard(BoardSize { cols: 3, rows: 2 }, 25.0);
+        assert_eq!(t.point_in_board(5), Some(Point3::new(50.0, 25.0, 0.0)));
+        assert_eq!(t.point_in_board(6), None);
+        assert_eq!((t.points_in_board().len(), t.center_in_board()), (6, Point3::new(25.0, 12.5, 0.0)));
+    }
+}

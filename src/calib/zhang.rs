@@ -1,0 +1,1 @@
+//! Zhang's closed form.

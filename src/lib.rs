@@ -1,0 +1,17 @@
+//! Straightedge: camera calibration that can be believed.
+//!
+//! One package, one library, thin binaries. Each module knows only those below it:
+//!
+//! ```text
+//!   cli      headless commands, progress bars
+//!   worker   queue + lanes: runs jobs on threads
+//!   job      Request → Reply: plain data, one fn run(); the only place that reads photographs
+//!   calib    geometry, vision, optimisation, statistics, rendering, formats
+//! ```
+//!
+//! The data flows one way: folder → plan → job → reply → evidence. See `ARCHITECTURE.md`.
+
+pub mod calib;
+pub mod cli;
+pub mod job;
+pub mod worker;

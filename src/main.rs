@@ -1,0 +1,3 @@
+//! The `straightedge` command.
+
+fn main() {}
