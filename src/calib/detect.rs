@@ -1,1 +1,4 @@
 //! Checkerboard detection.
+
+pub mod gradient;
+pub mod strip;
