@@ -131,6 +131,8 @@ pub struct Calibration {
     pub covariance: DMatrix<f64>,
     /// Positions, in the model's order, of the parameters that rows and columns of `covariance` belong to.
     pub free: Vec<usize>,
+    /// For each parameter the position of the one that it is tied to, if any.
+    pub tied_to: Vec<Option<usize>>,
     /// √(Σ|r|²/N) over all corners, px.
     pub rms_px: f64,
     /// The same over the corners that are not outliers.
@@ -149,4 +151,19 @@ pub struct Calibration {
     pub set_aside: Vec<(FrameId, String)>,
     /// What else to know.
     pub warnings: Vec<Warning>,
+}
+
+impl Calibration {
+    /// The covariance over all parameters in the model's order: zero where a parameter was fixed, its partner's rows where it
+    /// was tied.
+    pub fn covariance_of_all(&self) -> DMatrix<f64> {
+        let n = self.camera.params.len();
+        let of_free = |k: usize| self.free.iter().position(|&f| f == k);
+        let place: Vec<_> =
+            (0..n).map(|k| of_free(k).or_else(|| of_free(self.tied_to.get(k).copied().flatten()?))).collect();
+        DMatrix::from_fn(n, n, |i, j| match (place[i], place[j]) {
+            (Some(a), Some(b)) => self.covariance[(a, b)],
+            _ => 0.0,
+        })
+    }
 }
