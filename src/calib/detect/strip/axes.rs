@@ -1,0 +1,57 @@
+//! Direction and length of the edges of a corner from its neighbours in the grid.
+
+use nalgebra::Vector2;
+
+use super::{Options, Start};
+
+/// Shortest believable distance between corners, px.
+const SHORTEST: f64 = 3.0;
+
+/// One grid direction at a corner.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Axis {
+    /// Towards +column or +row, px.
+    pub(super) along: Vector2<f64>,
+    /// Distances over which the edge may be used before and after the corner, px, before [`Options::arm`] is applied.
+    pub(super) room: [f32; 2],
+}
+
+/// Both axes of corner `i`: edge 0 along the grid row, edge 1 along the grid column. `None` without a usable direction.
+///
+/// A missing neighbour follows the rim rule: the other side's distance, shortened to [`Options::arm_rim`]. Where both are
+/// missing, the axis is that of the neighbours on the other axis.
+pub(super) fn of(starts: &[Start], i: usize, options: &Options) -> Option<[Axis; 2]> {
+    let rim = options.arm_rim / options.arm;
+    let axis = |k: usize| {
+        own(starts, i, k, rim).or_else(|| {
+            let beside = linked(starts, i, 1 - k).into_iter().flatten();
+            beside.filter_map(|j| own(starts, j, k, rim)).next().map(|a| {
+                let room = rim * a.room[0].min(a.room[1]);
+                Axis { along: a.along, room: [room, room] }
+            })
+        })
+    };
+    Some([axis(0)?, axis(1)?])
+}
+
+/// The neighbours of `i` before and after it on axis `k`, where the links make sense.
+pub(super) fn linked(starts: &[Start], i: usize, k: usize) -> [Option<usize>; 2] {
+    [2 * k, 2 * k + 1].map(|side| {
+        let j = starts[i].neighbours[side]? as usize;
+        (j != i && starts.get(j)?.px.iter().all(|v| v.is_finite())).then_some(j)
+    })
+}
+
+fn own(starts: &[Start], i: usize, k: usize, rim: f32) -> Option<Axis> {
+    let here = starts[i].px;
+    let [before, after] = linked(starts, i, k).map(|j| j.map(|j| starts[j].px));
+    let along = after.unwrap_or(here) - before.unwrap_or(here);
+    let distance = |q: Option<Vector2<f64>>| q.map(|q| (q - here).norm() as f32);
+    let room = match (distance(before), distance(after)) {
+        (Some(a), Some(b)) => [a, b],
+        (Some(a), None) => [a, rim * a],
+        (None, Some(b)) => [rim * b, b],
+        (None, None) => return None,
+    };
+    (along.norm() >= SHORTEST).then_some(Axis { along, room })
+}
