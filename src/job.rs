@@ -1,1 +1,3 @@
-//! Jobs.
+//! Jobs: plain data in, plain data out; the only place that reads photographs.
+
+pub mod photo;
