@@ -110,3 +110,28 @@ fn number(field: &Field) -> Option<f64> {
         v => v.get_uint(0).map(f64::from),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_focal_length_follows_from_either_kind_of_tag() {
+        let close = |a: Option<f64>, b: f64| assert!((a.unwrap() / b - 1.0).abs() < 0.005, "{a:?} {b}");
+        // iPhone 6: 4.15 mm before a sensor of 4.89 × 3.67 mm.
+        let phone = Exif { focal_35mm: Some(29.0), ..Exif::default() };
+        close(phone.focal_hint_px(3264, 2448), 2735.0);
+        close(phone.focal_hint_px(1224, 1632), 2735.0 / 2.0);
+        // Canon EOS 5D Mark II: 50 mm, 5616 px on 36 mm; then the picture at half size.
+        let camera = Exif {
+            focal_mm: Some(50.0),
+            sensor_px_per_mm: Some(3849.211 / 25.4),
+            original_size_px: Some([5616, 3744]),
+            ..Exif::default()
+        };
+        close(camera.focal_hint_px(5616, 3744), 7577.0);
+        close(camera.focal_hint_px(2808, 1872), 3788.5);
+        assert_eq!(Exif { focal_35mm: Some(4e5), ..Exif::default() }.focal_hint_px(640, 480), None);
+        assert_eq!(Exif::default().focal_hint_px(640, 480), None);
+    }
+}
