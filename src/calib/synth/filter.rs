@@ -69,29 +69,32 @@ pub(super) fn motion(picture: &Plane<f32>, length_px: f64, angle_deg: f64) -> Pl
     }
     let (sin, cos) = angle_deg.to_radians().sin_cos();
     let n = (2.0 * length_px).ceil().max(1.0) as usize;
-    // Whole and fractional part of each step of the path; both are the same for all pixels.
-    let steps: Vec<([isize; 2], [f32; 2])> = (0..n)
-        .map(|i| {
-            let s = length_px * ((i as f64 + 0.5) / n as f64 - 0.5);
-            let (dx, dy) = (s * cos, s * sin);
-            ([dx.floor() as isize, dy.floor() as isize], [(dx - dx.floor()) as f32, (dy - dy.floor()) as f32])
-        })
-        .collect();
-    let at = |x: isize, y: isize| {
-        picture.at(x.clamp(0, w as isize - 1) as usize, y.clamp(0, h as isize - 1) as usize)
-    };
-    Plane::from_fn(w, h, |x, y| {
-        let sum: f32 = steps
-            .iter()
-            .map(|&([dx, dy], [fx, fy])| {
-                let (x, y) = (x as isize + dx, y as isize + dy);
-                let top = at(x, y) + fx * (at(x + 1, y) - at(x, y));
-                let bottom = at(x, y + 1) + fx * (at(x + 1, y + 1) - at(x, y + 1));
-                top + fy * (bottom - top)
-            })
-            .sum();
-        sum / n as f32
-    })
+    let border = (length_px / 2.0) as usize + 2;
+    let padded = Plane::from_fn(w + 2 * border, h + 2 * border, |x, y| {
+        picture.at(x.saturating_sub(border).min(w - 1), y.saturating_sub(border).min(h - 1))
+    });
+    // Each step of the path is the same for all pixels: a shift by whole pixels and a bilinear fraction.
+    let mut out = Plane::new(w, h);
+    for i in 0..n {
+        let s = length_px * ((i as f64 + 0.5) / n as f64 - 0.5);
+        let (dx, dy) = (s * cos, s * sin);
+        let (fx, fy) = ((dx - dx.floor()) as f32, (dy - dy.floor()) as f32);
+        let shift = |d: f64| (border as i64 + d.floor() as i64) as usize;
+        let (left, above) = (shift(dx), shift(dy));
+        let share = 1.0 / n as f32;
+        let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy].map(|w| w * share);
+        for y in 0..h {
+            let top = &padded.row(y + above)[left..=left + w];
+            let bottom = &padded.row(y + above + 1)[left..=left + w];
+            for (x, v) in out.row_mut(y).iter_mut().enumerate() {
+                *v += weights[0] * top[x]
+                    + weights[1] * top[x + 1]
+                    + weights[2] * bottom[x]
+                    + weights[3] * bottom[x + 1];
+            }
+        }
+    }
+    out
 }
 
 #[cfg(test)]

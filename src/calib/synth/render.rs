@@ -127,15 +127,15 @@ impl<'a> Exact<'a> {
         }) {
             return f32::from(self.scene.board.levels.background);
         }
+        if let Some(level) = self.pattern.uniform(c, j) {
+            return level;
+        }
         let xx = |k: usize| b(2, 1)[k] - 2.0 * c[k] + b(0, 1)[k];
         let yy = |k: usize| b(1, 2)[k] - 2.0 * c[k] + b(1, 0)[k];
         let xy = |k: usize| 0.25 * (b(2, 2)[k] - b(0, 2)[k] - b(2, 0)[k] + b(0, 0)[k]);
         let second = [[xx(0), xy(0), yy(0)], [xx(1), xy(1), yy(1)]];
         if second.iter().flatten().any(|v| v.is_nan()) {
             return self.sampled(x, y);
-        }
-        if let Some(level) = self.pattern.uniform(c, j) {
-            return level;
         }
         let part = 1.0 / f64::from(PARTS);
         let mut sum = 0.0;
