@@ -36,6 +36,33 @@ pub struct Projection {
     pub by_params: [Vector2<f64>; MAX_PARAMS],
 }
 
+/// Points that [`Spec::project_batch`] handles together.
+pub const LANES: usize = 8;
+
+/// One number for each of [`LANES`] points.
+pub type Lanes = [f64; LANES];
+
+/// Projections of [`LANES`] points with their derivatives, as structure of arrays; of each pair the first is for u, the
+/// second for v.
+#[derive(Clone, Debug)]
+pub struct Batch {
+    /// Where the points appear, px; NaN where the model cannot see a point.
+    pub px: [Lanes; 2],
+    /// ∂px / ∂point in the camera frame.
+    pub by_point: [[Lanes; 3]; 2],
+    /// ∂px / ∂parameter, in the order of [`Spec::params`]; entries beyond their number are zero.
+    pub by_params: [[Lanes; MAX_PARAMS]; 2],
+}
+
+impl Batch {
+    /// All zero, as [`Spec::project_batch`] expects it: a model never writes derivatives that are always zero.
+    pub const ZERO: Self = Self {
+        px: [[0.0; LANES]; 2],
+        by_point: [[[0.0; LANES]; 3]; 2],
+        by_params: [[[0.0; LANES]; MAX_PARAMS]; 2],
+    };
+}
+
 /// Everything that the rest of the program knows about a camera model.
 pub struct Spec {
     /// Name on the command line and in files.
@@ -48,6 +75,11 @@ pub struct Spec {
     pub project: fn(&[f64], &Vector3<f64>) -> Option<Projection>,
     /// Projects without derivatives; equal to `project(…).px` to the last digits.
     pub project_px: fn(&[f64], &Vector3<f64>) -> Option<Vector2<f64>>,
+    /// [`Spec::project`] for [`LANES`] points `[x, y, z]` of the camera frame at once, for the solver. `u` and `v` must not
+    /// depend on `fy cy` and `fx cx` respectively.
+    pub project_batch: fn(&[f64], &[Lanes; 3], &mut Batch),
+    /// [`Spec::project_px`] for [`LANES`] points at once; NaN where the model cannot see a point.
+    pub project_px_batch: fn(&[f64], &[Lanes; 3], &mut [Lanes; 2]),
     /// First guess for the ray of a pixel, not normalised; Newton starts there.
     pub guess_ray: fn(&[f64], &Vector2<f64>) -> Vector3<f64>,
     /// Valid parameters for a 640 × 480 picture: every generic test runs over them.
@@ -402,6 +434,36 @@ mod tests {
                         spec.name,
                         spec.params[k].name
                     );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn batches_agree_with_single_points() {
+        for camera in examples() {
+            let spec = camera.spec();
+            let behind = Vector3::new(0.1, 0.2, -1.0);
+            let points: Vec<_> = rays(&camera).into_iter().map(|r| r * 3.7).chain([behind]).collect();
+            for chunk in points.chunks(LANES) {
+                let at = |l: usize, k: usize| chunk[l.min(chunk.len() - 1)][k];
+                let lanes = [0, 1, 2].map(|k| std::array::from_fn(|l| at(l, k)));
+                let (mut batch, mut px) = (Batch::ZERO, [[0.0; LANES]; 2]);
+                (spec.project_batch)(&camera.params, &lanes, &mut batch);
+                (spec.project_px_batch)(&camera.params, &lanes, &mut px);
+                for (l, point) in chunk.iter().enumerate() {
+                    let Some(p) = (spec.project)(&camera.params, point) else {
+                        assert!(batch.px[0][l].is_nan() && px[0][l].is_nan(), "{} {point}", spec.name);
+                        continue;
+                    };
+                    let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * (1.0 + a.abs());
+                    for side in 0..2 {
+                        assert!(close(p.px[side], batch.px[side][l]) && close(p.px[side], px[side][l]));
+                        assert!((0..3).all(|k| close(p.by_point[(side, k)], batch.by_point[side][k][l])));
+                        assert!(
+                            (0..MAX_PARAMS).all(|k| close(p.by_params[k][side], batch.by_params[side][k][l]))
+                        );
+                    }
                 }
             }
         }

@@ -58,6 +58,9 @@ pub enum Error {
         /// Reason and remedy.
         message: String,
     },
+    /// The caller asked to stop; there is no result.
+    #[error("stopped")]
+    Stopped,
     /// A job ended in a panic; the message is for a bug report.
     #[error("internal error, please report it: {0}")]
     Crashed(String),
@@ -75,6 +78,7 @@ impl Error {
             Self::Unsupported(_) => "unsupported",
             Self::Picture { .. } => "picture",
             Self::File { .. } => "file",
+            Self::Stopped => "stopped",
             Self::Crashed(_) => "crashed",
         }
     }

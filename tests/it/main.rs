@@ -1,1 +1,4 @@
 //! The one integration-test binary.
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic like tests")]
+
+mod calibration;

@@ -13,7 +13,7 @@
 
 use nalgebra::{Matrix2, Matrix2x3, Vector2, Vector3};
 
-use super::{MAX_PARAMS, Param, Projection, Spec, pinhole};
+use super::{Batch, LANES, Lanes, MAX_PARAMS, Param, Projection, Spec, pinhole};
 
 const K1: usize = 4;
 const K2: usize = 5;
@@ -42,6 +42,8 @@ pub static SPEC: Spec = Spec {
     ],
     project,
     project_px,
+    project_batch,
+    project_px_batch,
     guess_ray: pinhole::guess_ray,
     examples: &[
         &[533.0, 533.2, 342.3, 234.0, -0.2854, 0.064, 1.1e-3, -1.3e-4, 0.0],
@@ -103,4 +105,52 @@ fn project(p: &[f64], point: &Vector3<f64>) -> Option<Projection> {
     by_params[P1] = Vector2::new(fx * 2.0 * x * y, fy * (r2 + 2.0 * y * y));
     by_params[P2] = Vector2::new(fx * (r2 + 2.0 * x * x), fy * 2.0 * x * y);
     Some(Projection { px: Vector2::new(fx * xd + p[2], fy * yd + p[3]), by_point, by_params })
+}
+
+fn project_batch(p: &[f64], point: &[Lanes; 3], out: &mut Batch) {
+    let [fx, fy, cx, cy] = [p[0], p[1], p[2], p[3]];
+    let [k1, k2, p1, p2, k3] = [p[K1], p[K2], p[P1], p[P2], p[K3]];
+    let ([by_u, by_v], [u, v], [du, dv]) = (&mut out.by_params, &mut out.px, &mut out.by_point);
+    for l in 0..LANES {
+        let z = point[2][l];
+        let iz = if z > 0.0 { 1.0 / z } else { f64::NAN };
+        let (x, y) = (point[0][l] * iz, point[1][l] * iz);
+        let (xx, yy, xy2) = (x * x, y * y, 2.0 * x * y);
+        let r2 = xx + yy;
+        let c = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+        let dc = k1 + r2 * (2.0 * k2 + 3.0 * k3 * r2);
+        let (tx, ty) = (r2 + 2.0 * xx, r2 + 2.0 * yy);
+        let (xd, yd) = (x * c + p1 * xy2 + p2 * tx, y * c + p1 * ty + p2 * xy2);
+        u[l] = fx * xd + cx;
+        v[l] = fy * yd + cy;
+        let cross = xy2 * dc + 2.0 * (p1 * x + p2 * y);
+        let ux = fx * (c + 2.0 * xx * dc + 2.0 * p1 * y + 6.0 * p2 * x);
+        let vy = fy * (c + 2.0 * yy * dc + 6.0 * p1 * y + 2.0 * p2 * x);
+        let (uy, vx) = (fx * cross, fy * cross);
+        (du[0][l], du[1][l], du[2][l]) = (ux * iz, uy * iz, -(ux * x + uy * y) * iz);
+        (dv[0][l], dv[1][l], dv[2][l]) = (vx * iz, vy * iz, -(vx * x + vy * y) * iz);
+        (by_u[0][l], by_u[2][l]) = (xd, 1.0);
+        (by_v[1][l], by_v[3][l]) = (yd, 1.0);
+        let (fxr, fyr) = (fx * x * r2, fy * y * r2);
+        (by_u[K1][l], by_v[K1][l]) = (fxr, fyr);
+        (by_u[K2][l], by_v[K2][l]) = (fxr * r2, fyr * r2);
+        (by_u[K3][l], by_v[K3][l]) = (fxr * (r2 * r2), fyr * (r2 * r2));
+        (by_u[P1][l], by_v[P1][l]) = (fx * xy2, fy * ty);
+        (by_u[P2][l], by_v[P2][l]) = (fx * tx, fy * xy2);
+    }
+}
+
+fn project_px_batch(p: &[f64], point: &[Lanes; 3], out: &mut [Lanes; 2]) {
+    let [fx, fy, cx, cy] = [p[0], p[1], p[2], p[3]];
+    let [k1, k2, p1, p2, k3] = [p[K1], p[K2], p[P1], p[P2], p[K3]];
+    for l in 0..LANES {
+        let z = point[2][l];
+        let iz = if z > 0.0 { 1.0 / z } else { f64::NAN };
+        let (x, y) = (point[0][l] * iz, point[1][l] * iz);
+        let (xx, yy, xy2) = (x * x, y * y, 2.0 * x * y);
+        let r2 = xx + yy;
+        let c = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+        out[0][l] = fx * (x * c + p1 * xy2 + p2 * (r2 + 2.0 * xx)) + cx;
+        out[1][l] = fy * (y * c + p1 * (r2 + 2.0 * yy) + p2 * xy2) + cy;
+    }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 
-use super::{MAX_PARAMS, Param, Projection, Spec};
+use super::{Batch, LANES, Lanes, MAX_PARAMS, Param, Projection, Spec};
 
 /// `fx fy cx cy`, the head of every model's list.
 pub(super) const INTRINSICS: [Param; 4] = [
@@ -19,6 +19,8 @@ pub static SPEC: Spec = Spec {
     params: &INTRINSICS,
     project,
     project_px,
+    project_batch,
+    project_px_batch,
     guess_ray,
     examples: &[&[500.0, 510.0, 319.5, 239.5], &[1200.0, 1190.0, 300.25, 260.75]],
     invalid: &[&[0.0, 500.0, 320.0, 240.0], &[500.0, f64::NAN, 320.0, 240.0], &[500.0, 500.0, 320.0]],
@@ -40,6 +42,35 @@ fn project(p: &[f64], point: &Vector3<f64>) -> Option<Projection> {
     by_params[2].x = 1.0;
     by_params[3].y = 1.0;
     Some(Projection { px, by_point, by_params })
+}
+
+fn project_batch(p: &[f64], point: &[Lanes; 3], out: &mut Batch) {
+    let (fx, fy, cx, cy) = (p[0], p[1], p[2], p[3]);
+    for l in 0..LANES {
+        let z = point[2][l];
+        let iz = if z > 0.0 { 1.0 / z } else { f64::NAN };
+        let (x, y) = (point[0][l] * iz, point[1][l] * iz);
+        out.px[0][l] = fx * x + cx;
+        out.px[1][l] = fy * y + cy;
+        out.by_point[0][0][l] = fx * iz;
+        out.by_point[0][2][l] = -fx * x * iz;
+        out.by_point[1][1][l] = fy * iz;
+        out.by_point[1][2][l] = -fy * y * iz;
+        out.by_params[0][0][l] = x;
+        out.by_params[0][2][l] = 1.0;
+        out.by_params[1][1][l] = y;
+        out.by_params[1][3][l] = 1.0;
+    }
+}
+
+fn project_px_batch(p: &[f64], point: &[Lanes; 3], out: &mut [Lanes; 2]) {
+    let (fx, fy, cx, cy) = (p[0], p[1], p[2], p[3]);
+    for l in 0..LANES {
+        let z = point[2][l];
+        let iz = if z > 0.0 { 1.0 / z } else { f64::NAN };
+        out[0][l] = fx * (point[0][l] * iz) + cx;
+        out[1][l] = fy * (point[1][l] * iz) + cy;
+    }
 }
 
 /// The ray that a camera without distortion would have.
