@@ -9,6 +9,7 @@
 //! 5. Covariance from the reduced normal matrix; sets that do not determine the camera are refused: a focal length or
 //!    principal point is accepted only where *another value fits significantly worse*.
 
+mod contradiction;
 mod degenerate;
 mod options;
 mod pose;
@@ -23,10 +24,9 @@ use super::{
     Error, Result,
     camera::{Camera, Model},
     observation::{FrameId, Observation},
-    refine::{self, Free, Limits, State},
+    refine::{self, State},
     solution::{Calibration, View, Warning},
     target::Target,
-    zhang,
 };
 use options::Constraints;
 pub use options::{Fix, Loss, Options, Precision, Weights, parse_fixes};
@@ -106,7 +106,7 @@ pub fn calibrate(problem: &Problem, report: &mut dyn FnMut(f32) -> ControlFlow<(
             fitted = other;
         }
     }
-    set_aside_bad_views(problem, &mut views, &mut set_aside, &constraints, &mut fitted, &mut tick)?;
+    contradiction::set_aside(problem, &mut views, &mut set_aside, &constraints, &mut fitted, &mut tick)?;
     enough(&views, &constraints, &set_aside)?;
     finish(problem, &constraints, &views, set_aside, fitted, chosen, &mut tick)
 }
@@ -146,25 +146,9 @@ fn solve(
     let mut blocks = Vec::with_capacity(views.len());
     let mut kept = Vec::with_capacity(views.len());
     let model = problem.cameras[0].model;
-    let none = Free::none(model);
     for view in std::mem::take(views) {
-        let block = view.block();
-        let k = [params[0], params[1], params[2], params[3]];
-        let pose = zhang::pose(&view.homography, k, view.middle()).and_then(|pose| {
-            let one = refine::Problem {
-                spec: model.spec(),
-                free: &none,
-                blocks: std::slice::from_ref(&block),
-                huber_px: None,
-                single_precision: false,
-            };
-            let start = State { params: params.to_vec(), poses: vec![pose] };
-            let limits = Limits { iterations: 4, tolerance: 1e-3 };
-            let refined = refine::refine(&one, &start, limits, &mut || ControlFlow::Continue(())).ok()?;
-            refined.state.poses.first().copied()
-        });
-        match pose {
-            Some(pose) => {
+        match prepare::pose(&view, model, params) {
+            Some((block, pose)) => {
                 poses.push(pose);
                 blocks.push(block);
                 kept.push(view);
@@ -182,61 +166,6 @@ fn solve(
         single_precision: problem.options.precision == Precision::F32,
     };
     robust::fit(&whole, views, State { params: params.to_vec(), poses }, &problem.options, tick)
-}
-
-/// Sets aside pictures that contradict all others: many times worse than the typical one, and without them the rest fits
-/// several times better. At most a quarter, never below four.
-fn set_aside_bad_views(
-    problem: &Problem,
-    views: &mut Vec<Seen>,
-    set_aside: &mut Vec<(FrameId, String)>,
-    constraints: &Constraints,
-    fitted: &mut Fitted,
-    tick: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<()> {
-    let least = (views.len() - views.len() / 4).max(4);
-    while views.len() > least {
-        let typical: Vec<f64> = fitted
-            .residuals
-            .iter()
-            .map(|r| robust::median(&mut r.iter().map(|r| r.norm()).collect::<Vec<_>>()))
-            .collect();
-        let usual = robust::median(&mut typical.clone());
-        let Some((worst, &error)) = typical.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)) else {
-            return Ok(());
-        };
-        if !(error > 2.0 && error > 5.0 * usual) {
-            return Ok(());
-        }
-        let mut others = views.clone();
-        let bad = others.remove(worst);
-        let mut more = Vec::new();
-        let Ok(without) =
-            solve(problem, &mut others, &mut more, constraints, &fitted.refined.state.params, tick)
-        else {
-            return Ok(());
-        };
-        let rms = |f: &Fitted, skip: Option<usize>| {
-            let all =
-                || f.residuals.iter().enumerate().filter(|(i, _)| Some(*i) != skip).flat_map(|(_, r)| r);
-            (all().map(|r| r.norm_squared()).sum::<f64>() / all().count().max(1) as f64).sqrt()
-        };
-        let (before, after) = (rms(fitted, Some(worst)), rms(&without, None));
-        let far = error > 20.0 * usual && error > 10.0;
-        if !(before > 1.5 * after || far) {
-            return Ok(());
-        }
-        set_aside.push((
-            bad.frame,
-            format!(
-                "its corners contradict all other pictures by {error:.1} px (the others: {after:.2} px): is it from another camera, zoom or board?"
-            ),
-        ));
-        set_aside.append(&mut more);
-        *views = others;
-        *fitted = without;
-    }
-    Ok(())
 }
 
 /// Certainty, checks and warnings.

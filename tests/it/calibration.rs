@@ -1,13 +1,22 @@
 //! Calibration against OpenCV's answers for the same corners, and against exact truth.
 
-use nalgebra::Vector2;
+mod degenerate;
+mod exact;
+mod robust;
+mod sigma;
+
+use nalgebra::{Vector2, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, Normal};
+use rand_pcg::Pcg64;
 use serde::Deserialize;
 use std::ops::ControlFlow;
 use straightedge::calib::{
     Result,
     calibrate::{CameraSetup, Loss, Options, Problem, Weights, calibrate, parse_fixes},
-    camera::Model,
+    camera::{Camera, Model},
     observation::{Corner, FrameId, Observation},
+    pose::Pose,
     solution::Calibration,
     target::Target,
 };
@@ -65,6 +74,78 @@ impl Golden {
                 .collect(),
             options,
         }
+    }
+}
+
+/// A camera, a 9x6 board of 25 and poses; exact corners, those in the picture only.
+struct Scene {
+    camera: Camera,
+    poses: Vec<Pose>,
+}
+
+impl Scene {
+    fn new(model: Model, size_px: [u32; 2], params: &[f64], poses: Vec<Pose>) -> Self {
+        Self { camera: Camera::new(model, size_px, params.to_vec()).unwrap(), poses }
+    }
+
+    fn problem(&self, options: Options) -> Problem {
+        let target = Target::checkerboard("9x6".parse().unwrap(), 25.0);
+        let [w, h] = self.camera.size_px.map(f64::from);
+        let inside = |p: &Vector2<f64>| p.x > 0.0 && p.y > 0.0 && p.x < w - 1.0 && p.y < h - 1.0;
+        let corners = |pose: &Pose| {
+            (0..54)
+                .filter_map(|index| {
+                    let px = self.camera.project(&pose.apply(&target.point_in_board(index)?))?;
+                    inside(&px).then_some(Corner { index, px, sigma_px: 0.1 })
+                })
+                .collect()
+        };
+        let observations = self.poses.iter().enumerate().map(|(i, pose)| Observation {
+            camera: 0,
+            frame: FrameId(i as u32),
+            corners: corners(pose),
+        });
+        Problem {
+            cameras: vec![CameraSetup {
+                size_px: self.camera.size_px,
+                model: self.camera.model,
+                start: None,
+                focal_hint_px: None,
+            }],
+            observations: observations.collect(),
+            target,
+            options,
+        }
+    }
+}
+
+/// A board whose middle is at `place`, turned by Rz·Ry·Rx degrees.
+fn board_at(place: [f64; 3], angles_deg: [f64; 3]) -> Pose {
+    let pose = Pose::from_euler_deg(angles_deg, Vector3::zeros());
+    Pose { translation: Vector3::from(place) - pose.rotation * Vector3::new(100.0, 62.5, 0.0), ..pose }
+}
+
+/// Boards all over the view, tilted by up to 40 degrees, seeded.
+fn random_poses(n: usize, focal: f64, size_px: [u32; 2], seed: u64) -> Vec<Pose> {
+    let mut random = Pcg64::seed_from_u64(seed);
+    let mut draw = |a: f64, b: f64| random.random_range(a..b);
+    (0..n)
+        .map(|_| {
+            let z = 200.0 * focal / f64::from(size_px[0]) * draw(1.2, 2.5);
+            let [x, y] = size_px.map(|s| 0.25 * f64::from(s) / focal * z);
+            let place = [draw(-x, x), draw(-y, y), z];
+            board_at(place, [draw(-40.0, 40.0), draw(-40.0, 40.0), draw(-180.0, 180.0)])
+        })
+        .collect()
+}
+
+/// Adds normal noise of `sigma_px` per coordinate, seeded.
+fn add_noise(problem: &mut Problem, sigma_px: f64, seed: u64) {
+    let mut random = Pcg64::seed_from_u64(seed);
+    let normal = Normal::new(0.0, sigma_px).unwrap();
+    for corner in problem.observations.iter_mut().flat_map(|o| &mut o.corners) {
+        corner.px += Vector2::new(normal.sample(&mut random), normal.sample(&mut random));
+        corner.sigma_px = sigma_px;
     }
 }
 

@@ -18,6 +18,8 @@ use robust::Fitted;
 const SUSPICIOUS: f64 = 0.01;
 /// Largest angle between two boards below which the profile is looked at in any case, rad.
 const PARALLEL: f64 = 0.14;
+/// Largest angle between two boards below which all count as one view, rad.
+const ALIKE: f64 = 0.05;
 /// Relative change of a focal length, and share of the picture width for the centre, that must be excluded…
 const CHANGE: f64 = 0.3;
 /// …by this many standard deviations.
@@ -39,6 +41,12 @@ pub(super) fn check(
         return Err(refusal(problem, setup, spread, singular_values, None));
     };
     let covariance = unit * (sigma0_px * sigma0_px);
+    // Boards that are parallel say about the camera what one view says: two numbers.
+    let mut unknown: Vec<_> = (0..4).filter_map(|i| problem.free.slot(i)).collect();
+    unknown.dedup();
+    if spread < ALIKE && unknown.len() > 2 {
+        return Err(refusal(problem, setup, spread, singular_values, None));
+    }
     let width = f64::from(setup.size_px[0].max(setup.size_px[1]));
     for i in 0..4 {
         let Some(slot) = problem.free.slot(i) else { continue };

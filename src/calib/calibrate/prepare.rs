@@ -1,13 +1,16 @@
 //! From observations to what the solver works on; what cannot be used is set aside with a reason.
 
 use nalgebra::{Matrix3, Point3, Vector2};
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::ControlFlow};
 
 use super::{Options, Precision, Problem};
 use crate::calib::{
+    camera::Model,
     homography,
     observation::{FrameId, Observation},
-    refine::block::Block,
+    pose::Pose,
+    refine::{self, Free, Limits, State, block::Block},
+    zhang,
 };
 
 /// A usable view.
@@ -122,6 +125,36 @@ fn view(problem: &Problem, observation: &Observation) -> Result<Seen, String> {
     }
     seen.homography = fit.matrix;
     Ok(seen)
+}
+
+/// The pose of a view from its homography and a few steps with the camera held; `None` where none sees the corners.
+pub(super) fn pose(view: &Seen, model: Model, params: &[f64]) -> Option<(Block, Pose)> {
+    let block = view.block();
+    let k = [params[0], params[1], params[2], params[3]];
+    let pose = zhang::pose(&view.homography, k, view.middle())?;
+    let free = Free::none(model);
+    let start = State { params: params.to_vec(), poses: vec![pose] };
+    let limits = Limits { iterations: 4, tolerance: 1e-3 };
+    let go_on = &mut || ControlFlow::Continue(());
+    let refined = refine::refine(&alone(&block, model, &free), &start, limits, go_on).ok()?;
+    let pose = *refined.state.poses.first()?;
+    Some((block, pose))
+}
+
+/// Residuals of one view, px.
+pub(super) fn residuals(block: &Block, model: Model, params: &[f64], pose: &Pose) -> Vec<Vector2<f64>> {
+    let free = Free::none(model);
+    refine::residuals(&alone(block, model, &free), &State { params: params.to_vec(), poses: vec![*pose] }, 0)
+}
+
+fn alone<'a>(block: &'a Block, model: Model, free: &'a Free) -> refine::Problem<'a> {
+    refine::Problem {
+        spec: model.spec(),
+        free,
+        blocks: std::slice::from_ref(block),
+        huber_px: None,
+        single_precision: false,
+    }
 }
 
 pub(super) fn homography_options(options: &Options) -> homography::Options {
