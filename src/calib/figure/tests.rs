@@ -35,7 +35,7 @@ fn every_figure_is_well_formed() {
     let cases: [&[f64]; 5] = [&[], &[0.0], &[0.1, 0.4, 0.2], &[1e-9, 1e9], &[f64::NAN, f64::INFINITY]];
     for values in cases {
         for (i, panel) in all(values).iter().enumerate() {
-            let svg = Panel::stacked(&[panel.clone(), Panel::beside(&[panel.clone()])]).svg();
+            let svg = Panel::stacked(&[panel.clone(), Panel::beside(std::slice::from_ref(panel))]).svg();
             let document = roxmltree::Document::parse(&svg).unwrap_or_else(|e| panic!("{i}: {e}\n{svg}"));
             assert_eq!(document.root_element().tag_name().name(), "svg");
             assert!(!svg.contains("NaN") && !svg.contains("inf"), "{i} {values:?}");
