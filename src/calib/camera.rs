@@ -6,6 +6,7 @@
 
 pub mod brown;
 pub mod pinhole;
+mod resize;
 
 use nalgebra::{Matrix2x3, Point3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};

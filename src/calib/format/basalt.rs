@@ -1,0 +1,119 @@
+//! Basalt calibration JSON, first camera.
+//!
+//! Origin at the centre of the first pixel. Basalt has no Brown model: a camera with distortion is refitted to
+//! Kannala–Brandt (`kb4`), whose projection is here as plain functions. Basalt's reader needs all fields of its
+//! calibration, those of the inertial sensor too; they are written as zero and unity.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::{
+    Content, Draft, Export, Format,
+    lens::{Lens, five},
+    node::{Node, size_px},
+    number::{array, number},
+    refit,
+};
+use crate::calib::{Error, Result, camera::Model};
+
+pub(super) const FORMAT: Format = Format {
+    name: "basalt",
+    title: "Basalt JSON",
+    extensions: &[],
+    usual: &["json"],
+    lacks: "Brown's model (refitted to kb4), poses, sigmas",
+    write,
+    read,
+    sniff: |t| t.trim_start().starts_with('{') && t.contains("\"value0\""),
+};
+
+const KB4: [&str; 8] = ["fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"];
+
+/// Kannala–Brandt with four terms: `θd = θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸)`, `θ = atan2(√(x² + y²), z)`.
+///
+/// J. Kannala, S. S. Brandt, "A generic camera model and calibration method for conventional, wide-angle, and fish-eye
+/// lenses", IEEE TPAMI 28(8), 2006. Parameters `fx fy cx cy k1 k2 k3 k4`.
+pub(super) fn project(p: &[f64], ray: &Vector3<f64>) -> Vector2<f64> {
+    let rho = ray.x.hypot(ray.y);
+    if rho == 0.0 {
+        return Vector2::new(p[2], p[3]);
+    }
+    let theta = rho.atan2(ray.z);
+    let t2 = theta * theta;
+    let scale = theta * (1.0 + t2 * (p[4] + t2 * (p[5] + t2 * (p[6] + t2 * p[7])))) / rho;
+    Vector2::new(p[0] * scale * ray.x + p[2], p[1] * scale * ray.y + p[3])
+}
+
+fn write(export: &Export<'_>) -> Result<Draft> {
+    let camera = export.camera;
+    let k = camera.intrinsics();
+    let mut notes = vec!["the fields of the inertial sensor are placeholders (no bias, no noise)".to_owned()];
+    let (kind, names, values) = match camera.model {
+        Model::Pinhole => ("pinhole", &KB4[..4], k.to_vec()),
+        Model::Brown5 => {
+            let [k1, ..] = five(camera)?;
+            // tan θ = θ + θ³/3 + …: where the fit starts.
+            let start = [k[0], k[1], k[2], k[3], k1 + 1.0 / 3.0, 0.0, 0.0, 0.0];
+            let (fitted, error) = refit::fit(camera, &start, &|p, ray| Some(project(p, ray)))?;
+            notes.insert(0, format!("Basalt has no Brown model: kb4 was fitted over the picture, {error}"));
+            ("kb4", &KB4[..], fitted)
+        }
+    };
+    let intrinsics: Vec<String> =
+        names.iter().zip(&values).map(|(n, v)| format!("\"{n}\": {}", number(*v))).collect();
+    let zeros = |n: usize| vec!["0.0"; n].join(", ");
+    let [w, h] = camera.size_px;
+    let fields = [
+        "\"T_imu_cam\": [{\"px\": 0.0, \"py\": 0.0, \"pz\": 0.0, \"qx\": 0.0, \"qy\": 0.0, \"qz\": 0.0, \"qw\": 1.0}]".to_owned(),
+        format!("\"intrinsics\": [{{\"camera_type\": \"{kind}\", \"intrinsics\": {{{}}}}}]", intrinsics.join(", ")),
+        format!("\"resolution\": [[{w}, {h}]]"),
+        format!("\"calib_accel_bias\": [{}]", zeros(9)),
+        format!("\"calib_gyro_bias\": [{}]", zeros(12)),
+        "\"imu_update_rate\": 200.0".to_owned(),
+        format!("\"accel_noise_std\": [{}]", zeros(3)),
+        format!("\"gyro_noise_std\": [{}]", zeros(3)),
+        format!("\"accel_bias_std\": [{}]", zeros(3)),
+        format!("\"gyro_bias_std\": [{}]", zeros(3)),
+        "\"cam_time_offset_ns\": 0".to_owned(),
+        "\"vignette\": []".to_owned(),
+    ];
+    let text = format!("{{\n  \"value0\": {{\n    {}\n  }}\n}}\n", fields.join(",\n    "));
+    Ok(Draft { text, notes, exact: kind == "pinhole" })
+}
+
+fn read(text: &str) -> Result<Content> {
+    let root = Node::from_json(text)?;
+    let value = root.get("value0")?;
+    let cameras = value.get("intrinsics")?.items();
+    let sizes = value.get("resolution")?.items();
+    let (Some(camera), Some(size)) = (cameras.first(), sizes.first()) else {
+        return Err(Error::Invalid("intrinsics and resolution must hold at least one camera".to_owned()));
+    };
+    let mut notes = Vec::new();
+    if cameras.len() > 1 {
+        notes.push(format!("the file holds {} cameras: the first one is used", cameras.len()));
+    }
+    let numbers = size.numbers("resolution")?;
+    let [w, h] = array(&numbers)
+        .ok_or_else(|| Error::Invalid(format!("resolution has {} numbers, 2 are expected", numbers.len())))?;
+    let size = size_px(w, h)?;
+    let kind = camera.text_at("camera_type").unwrap_or("?");
+    let p = camera.get("intrinsics")?;
+    let named = |names: &[&str]| names.iter().map(|n| p.number_at(n)).collect::<Result<Vec<f64>>>();
+    let k = [p.number_at("fx")?, p.number_at("fy")?, p.number_at("cx")?, p.number_at("cy")?];
+    let lens = match kind {
+        "pinhole" => Lens::brown(size, k, &[])?,
+        "pinhole-radtan8" => {
+            Lens::brown(size, k, &named(&["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"])?)?
+        }
+        "kb4" => {
+            let terms = named(&KB4)?;
+            Lens::KannalaBrandt(
+                array(&terms).ok_or_else(|| Error::Invalid("kb4 has 8 parameters".to_owned()))?,
+            )
+        }
+        other => {
+            return Err(Error::Unsupported(format!("camera_type {other} is not supported yet")));
+        }
+    };
+    Ok(Content { notes, ..lens.into() })
+}

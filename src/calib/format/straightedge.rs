@@ -1,0 +1,259 @@
+//! This program's own JSON: what `calibrate --json` prints, and the truth file of `synth`.
+//!
+//! Origin at the centre of the first pixel; every number reads back to the same bits.
+
+use std::fmt::Write as _;
+
+use nalgebra::{DMatrix, Vector2, Vector3};
+
+use super::{
+    Content, Draft, Evidence, Export, Format, Frame,
+    lens::Lens,
+    node::{Node, size_px},
+    number::{joined, number},
+};
+use crate::calib::{
+    Error, Result,
+    camera::{Camera, Model},
+    observation::Corner,
+    pose::Pose,
+    target::{Length, Unit},
+};
+
+pub(super) const FORMAT: Format = Format {
+    name: "straightedge",
+    title: "Straightedge JSON",
+    extensions: &["json"],
+    usual: &["json"],
+    lacks: "nothing",
+    write,
+    read,
+    sniff: |t| {
+        t.starts_with(['{', ' ', '\n', '\r', '\t'])
+            && t.contains("\"camera_matrix\"")
+            && !t.contains("opencv-matrix")
+    },
+};
+
+fn write(export: &Export<'_>) -> Result<Draft> {
+    if let Some(report) = export.report {
+        return Ok(Draft::exact(report.to_owned()));
+    }
+    let (camera, evidence) = (export.camera, export.evidence);
+    let [w, h] = camera.size_px;
+    let names: Vec<&str> = camera.spec().params.iter().map(|p| p.name).collect();
+    let object = |from: usize, to: usize| named(&names[from..to], &camera.params[from..to]);
+    let mut out = format!("{{\n  \"version\": {:?}", env!("CARGO_PKG_VERSION"));
+    let mut field = |name: &str, value: String| {
+        let _ = write!(out, ",\n  \"{name}\": {value}");
+    };
+    if let Some(name) = &evidence.name {
+        field("name", json_text(name));
+    }
+    let settings: Vec<String> = [
+        evidence.board.map(|b| format!("\"board\": \"{b}\"")),
+        evidence.square.map(|s| format!("\"square\": {}", number(s))),
+        evidence.unit.map(|u| format!("\"unit\": \"{}\"", u.name())),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    if !settings.is_empty() {
+        field("settings", format!("{{{}}}", settings.join(", ")));
+    }
+    field("image_size_px", format!("[{w}, {h}]"));
+    field("model", format!("\"{}\"", camera.model));
+    if let Some(rms) = evidence.rms_px {
+        field("rms_px", number(rms));
+    }
+    field("camera_matrix", object(0, 4));
+    field("distortion", object(4, names.len()));
+    if evidence.sigma.len() == names.len() {
+        let values: Vec<String> = names
+            .iter()
+            .zip(&evidence.sigma)
+            .map(|(n, s)| format!("\"{n}\": {}", s.map_or_else(|| "null".to_owned(), number)))
+            .collect();
+        field("sigma", format!("{{{}}}", values.join(", ")));
+        if let Some(covariance) = full_covariance(evidence, names.len()) {
+            let rows: Vec<String> =
+                covariance.row_iter().map(|r| format!("[{}]", joined(r.iter(), ", "))).collect();
+            field("covariance", format!("[\n    {}\n  ]", rows.join(",\n    ")));
+        }
+    }
+    if !evidence.frames.is_empty() {
+        let frames: Vec<String> = evidence.frames.iter().map(frame).collect();
+        field("frames", format!("[\n    {}\n  ]", frames.join(",\n    ")));
+    }
+    out += "\n}\n";
+    Ok(Draft::exact(out))
+}
+
+fn named(names: &[&str], values: &[f64]) -> String {
+    let fields: Vec<String> =
+        names.iter().zip(values).map(|(n, v)| format!("\"{n}\": {}", number(*v))).collect();
+    format!("{{{}}}", fields.join(", "))
+}
+
+fn json_text(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+/// The covariance in the order of all parameters, zero where fixed.
+fn full_covariance(evidence: &Evidence, n: usize) -> Option<DMatrix<f64>> {
+    let small = evidence.covariance.as_ref()?;
+    let free = &evidence.free;
+    if small.nrows() != free.len() || small.ncols() != free.len() || free.iter().any(|i| *i >= n) {
+        return None;
+    }
+    let mut full = DMatrix::zeros(n, n);
+    for (a, i) in free.iter().enumerate() {
+        for (b, j) in free.iter().enumerate() {
+            full[(*i, *j)] = small[(a, b)];
+        }
+    }
+    Some(full)
+}
+
+fn frame(frame: &Frame) -> String {
+    let mut fields = vec![format!("\"file\": {}", json_text(&frame.file))];
+    if let Some(rms) = frame.rms_px {
+        fields.push(format!("\"rms_px\": {}", number(rms)));
+    }
+    if let Some(pose) = frame.camera_from_board {
+        fields.push(format!("\"rvec_rad\": [{}]", joined(pose.rvec().iter(), ", ")));
+        fields.push(format!("\"tvec\": [{}]", joined(pose.translation.iter(), ", ")));
+    }
+    if !frame.corners.is_empty() {
+        let corners: Vec<String> = frame
+            .corners
+            .iter()
+            .map(|c| format!("[{}, {}]", c.index, joined(&[c.px.x, c.px.y, c.sigma_px], ", ")))
+            .collect();
+        fields.push(format!("\"corners\": [{}]", corners.join(", ")));
+    }
+    format!("{{{}}}", fields.join(", "))
+}
+
+fn read(text: &str) -> Result<Content> {
+    let root = Node::from_json(text)?;
+    let mut notes = Vec::new();
+    let camera = match root.find("cameras").map(Node::items) {
+        Some([first, rest @ ..]) => {
+            if !rest.is_empty() {
+                notes.push(format!("the file holds {} cameras: the first one is used", rest.len() + 1));
+            }
+            first
+        }
+        _ => root.find("camera").unwrap_or(&root),
+    };
+    let lens = read_camera(camera)?;
+    let mut evidence = read_evidence(&root)?;
+    let params = &lens.spec().params;
+    if let Some(sigma) = root.find("sigma") {
+        evidence.sigma = params
+            .iter()
+            .map(|p| sigma.find(p.name).map(|v| v.number(p.name)).transpose())
+            .collect::<Result<_>>()?;
+    }
+    if let Some(covariance) = root.find("covariance") {
+        read_covariance(covariance, params.len(), &mut evidence)?;
+    }
+    Ok(Content { lens: Lens::Camera(lens), evidence, notes })
+}
+
+fn read_camera(node: &Node) -> Result<Camera> {
+    let model: Model = node.text_at("model").unwrap_or("brown5").parse()?;
+    let field = if node.find("image_size_px").is_some() { "image_size_px" } else { "size_px" };
+    let [w, h] = node.array_at(field)?;
+    let matrix = node.get("camera_matrix")?;
+    let empty = Node::Null;
+    let distortion = node.find("distortion").unwrap_or(&empty);
+    let known: Vec<&str> = model.spec().params.iter().map(|p| p.name).collect();
+    if let Node::Map(fields) = distortion
+        && let Some((name, _)) = fields.iter().find(|(n, _)| !known.contains(&n.as_str()))
+    {
+        return Err(Error::Invalid(format!("distortion: the model {model} has no parameter {name}")));
+    }
+    let params = known
+        .iter()
+        .enumerate()
+        .map(|(i, name)| if i < 4 { matrix.number_at(name) } else { distortion.number_at(name) })
+        .collect::<Result<_>>()?;
+    Camera::new(model, size_px(w, h)?, params)
+}
+
+fn read_evidence(root: &Node) -> Result<Evidence> {
+    let settings = root.find("settings").unwrap_or(root);
+    let mut evidence = Evidence {
+        name: root.text_at("name").map(str::to_owned),
+        board: settings.text_at("board").and_then(|t| t.parse().ok()),
+        rms_px: root.find("rms_px").map(|v| v.number("rms_px")).transpose()?,
+        ..Evidence::default()
+    };
+    match settings.find("square") {
+        Some(Node::Text(t)) => {
+            let length: Length = t.parse()?;
+            (evidence.square, evidence.unit) = (Some(length.value), Some(length.unit));
+        }
+        Some(v) => evidence.square = Some(v.number("square")?),
+        None => {}
+    }
+    if let Some(unit) = settings.text_at("unit") {
+        evidence.unit = [Unit::Mm, Unit::Cm, Unit::M, Unit::In, Unit::Unspecified, Unit::Squares]
+            .into_iter()
+            .find(|u| u.name() == unit);
+    }
+    for (i, f) in root.find("frames").map_or(&[][..], Node::items).iter().enumerate() {
+        let field = |name: &str| format!("frames[{i}].{name}");
+        let mut frame = Frame {
+            file: f.text_at("file").unwrap_or_default().to_owned(),
+            rms_px: f.find("rms_px").map(|v| v.number(&field("rms_px"))).transpose()?,
+            ..Frame::default()
+        };
+        if let (Some(_), Some(_)) = (f.find("rvec_rad"), f.find("tvec")) {
+            let (r, t): ([f64; 3], [f64; 3]) = (f.array_at("rvec_rad")?, f.array_at("tvec")?);
+            frame.camera_from_board = Some(Pose::from_rvec_tvec(Vector3::from(r), Vector3::from(t)));
+        }
+        for c in f.find("corners").map_or(&[][..], Node::items) {
+            let values = c.numbers(&field("corners"))?;
+            let ([index, x, y] | [index, x, y, _]) = values.as_slice() else {
+                return Err(Error::Invalid(format!(
+                    "{} must hold [index, x_px, y_px, sigma_px]",
+                    field("corners")
+                )));
+            };
+            if !(0.0..=1e6).contains(index) || index.fract() != 0.0 {
+                return Err(Error::Invalid(format!("{}: {index} is not an index", field("corners"))));
+            }
+            let sigma_px = values.get(3).copied().unwrap_or(0.0);
+            frame.corners.push(Corner { index: *index as u32, px: Vector2::new(*x, *y), sigma_px });
+        }
+        evidence.frames.push(frame);
+    }
+    Ok(evidence)
+}
+
+/// A square matrix over all parameters, or over those that have a σ.
+fn read_covariance(node: &Node, n: usize, evidence: &mut Evidence) -> Result<()> {
+    let values = node.numbers("covariance")?;
+    let with_sigma: Vec<usize> =
+        evidence.sigma.iter().enumerate().filter(|(_, s)| s.is_some()).map(|(i, _)| i).collect();
+    let rows = node.items().len();
+    if rows * rows != values.len() {
+        return Err(Error::Invalid(format!(
+            "covariance has {rows} rows and {} numbers: it must be square",
+            values.len()
+        )));
+    }
+    let matrix = DMatrix::from_row_slice(rows, rows, &values);
+    if rows == with_sigma.len() {
+        evidence.covariance = Some(matrix);
+    } else if rows == n {
+        evidence.covariance = Some(matrix.select_rows(&with_sigma).select_columns(&with_sigma));
+    } else {
+        return Err(Error::Invalid(format!("covariance has {rows} rows, {n} are expected")));
+    }
+    evidence.free = with_sigma;
+    Ok(())
+}

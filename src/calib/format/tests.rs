@@ -1,0 +1,360 @@
+//! Every format over one hand-written calibration, the half pixel, foreign files, and damaged files.
+
+use nalgebra::Vector3;
+
+use super::*;
+use crate::calib::camera::Model;
+
+/// The calibration of the snapshots: one frame, 800 × 600.
+fn sample() -> (Camera, Evidence) {
+    let params = vec![1000.2, 999.9, 399.4, 299.6, -0.28, 0.1, 0.001, 0.002, 0.0];
+    let camera = Camera::new(Model::Brown5, [800, 600], params).unwrap();
+    let evidence = Evidence {
+        name: Some("narrow_stereo".to_owned()),
+        date: Some("2026-11-22".to_owned()),
+        board: Some(BoardSize { cols: 9, rows: 6 }),
+        square: Some(30.0),
+        unit: Some(Unit::Mm),
+        rms_px: Some(0.12),
+        sigma: vec![
+            Some(0.5),
+            Some(0.25),
+            Some(0.125),
+            Some(0.5),
+            Some(1e-3),
+            Some(1e-7),
+            None,
+            Some(2.5),
+            None,
+        ],
+        covariance: None,
+        free: Vec::new(),
+        frames: vec![Frame {
+            file: "images/v01.png".to_owned(),
+            camera_from_board: Some(Pose::from_rvec_tvec(
+                Vector3::zeros(),
+                Vector3::new(-120.0, -75.0, 1000.0),
+            )),
+            rms_px: Some(0.12),
+            corners: Vec::new(),
+        }],
+    };
+    (camera, evidence)
+}
+
+fn written(name: &str, camera: &Camera, evidence: &Evidence) -> Written {
+    write(by_name(name).unwrap(), &Export { camera, evidence, report: None }).unwrap()
+}
+
+fn message(text: &str) -> String {
+    read(text, "file").unwrap_err().to_string()
+}
+
+#[test]
+fn texts_of_the_hand_written_calibration() {
+    let (camera, evidence) = sample();
+    let golden: [(&str, &str); 9] = [
+        ("opencv", include_str!("../../../tests/golden/formats/opencv.yaml")),
+        ("ros", include_str!("../../../tests/golden/formats/ros.yaml")),
+        ("kalibr", include_str!("../../../tests/golden/formats/kalibr.yaml")),
+        ("colmap", include_str!("../../../tests/golden/formats/cameras.txt")),
+        ("nerfstudio", include_str!("../../../tests/golden/formats/transforms.json")),
+        ("straightedge", include_str!("../../../tests/golden/formats/straightedge.json")),
+        ("mrcal", include_str!("../../../tests/golden/formats/mrcal.cameramodel")),
+        ("matlab", include_str!("../../../tests/golden/formats/matlab.m")),
+        ("metashape", include_str!("../../../tests/golden/formats/metashape.xml")),
+    ];
+    for (name, expected) in golden {
+        let w = written(name, &camera, &evidence);
+        let text = w.text.replace(concat!("\"", env!("CARGO_PKG_VERSION"), "\""), "\"VERSION\"");
+        if std::env::var_os("STRAIGHTEDGE_PRINT_GOLDEN").is_some() {
+            println!("=== {name}\n{text}");
+        }
+        assert_eq!(text, expected, "{name}");
+        assert!(w.notes.is_empty() && w.self_check_px < 1e-10, "{name}: {w:?}");
+        let file = read(&w.text, "file").unwrap();
+        assert_eq!(file.format, name);
+        for (a, b) in camera.params.iter().zip(&file.camera.params) {
+            assert!((a - b).abs() < 1e-12, "{name}: {:?}", file.camera);
+        }
+    }
+}
+
+#[test]
+fn principal_points_obey_the_half_pixel_table() {
+    // A camera that is centred for a 640 × 480 picture: (w − 1)/2 here.
+    let camera = Camera::new(Model::Pinhole, [640, 480], vec![500.0, 500.0, 319.5, 239.5]).unwrap();
+    let e = Evidence::default();
+    for (name, marks) in [
+        ("opencv", ["319.5", "239.5"]),
+        ("ros", ["319.5", "239.5"]),
+        ("kalibr", ["319.5", "239.5"]),
+        ("mrcal", ["319.5", "239.5"]),
+        ("basalt", ["\"cx\": 319.5", "\"cy\": 239.5"]),
+        ("straightedge", ["\"cx\": 319.5", "\"cy\": 239.5"]),
+        ("colmap", [" 320.0 ", " 240.0"]),
+        ("nerfstudio", ["\"cx\": 320.0", "\"cy\": 240.0"]),
+        ("matlab", ["[320.5 ", " 240.5]"]),
+        ("metashape", ["<cx>0.0</cx>", "<cy>0.0</cy>"]),
+    ] {
+        let text = written(name, &camera, &e).text;
+        for mark in marks {
+            assert!(text.contains(mark), "{name}: {mark} in {text}");
+        }
+        assert_eq!(read(&text, "file").unwrap().camera, camera, "{name}");
+    }
+    assert_eq!(FORMATS.len(), 10);
+}
+
+#[test]
+fn matlab_gives_rows_before_columns_and_metashape_swaps_the_tangential_terms() {
+    let (camera, e) = sample();
+    assert!(written("matlab", &camera, &e).text.contains("[600 800]"));
+    let text = written("metashape", &camera, &e).text;
+    assert!(
+        text.contains("<p1>0.002</p1>") && text.contains("<p2>0.001</p2>") && text.contains("<f>999.9</f>")
+    );
+}
+
+#[test]
+fn terms_without_a_place_are_refitted_and_reported() {
+    let params = vec![600.0, 590.0, 320.0, 240.0, 0.12, -0.05, -2e-3, 1e-3, 0.01];
+    let camera = Camera::new(Model::Brown5, [640, 480], params).unwrap();
+    for f in FORMATS {
+        let w = write(f, &Export { camera: &camera, evidence: &Evidence::default(), report: None }).unwrap();
+        let refitted = matches!(f.name, "kalibr" | "nerfstudio" | "basalt");
+        assert_eq!(
+            refitted,
+            w.notes.iter().any(|n| n.contains("largest error")),
+            "{}: {:?}",
+            f.name,
+            w.notes
+        );
+        assert!(w.self_check_px < if refitted { 2.0 } else { 1e-9 }, "{}: {}", f.name, w.self_check_px);
+        assert!(!refitted || w.self_check_px > 1e-9, "{}", f.name);
+    }
+    assert!(written("colmap", &camera, &Evidence::default()).text.contains("1 FULL_OPENCV 640 480 "));
+}
+
+#[test]
+fn poses_survive_where_the_format_has_them() {
+    let (camera, mut evidence) = sample();
+    let pose = Pose::from_euler_deg([20.0, -15.0, 70.0], Vector3::new(-100.0, 40.0, 900.0));
+    evidence.frames[0].camera_from_board = Some(pose);
+    for name in ["opencv", "nerfstudio", "straightedge"] {
+        let back = read(&written(name, &camera, &evidence).text, "file").unwrap();
+        let other = back.evidence.frames[0].camera_from_board.unwrap();
+        assert!((other.matrix() - pose.matrix()).norm() < 1e-14, "{name}");
+        assert!((other.translation - pose.translation).norm() < 1e-11, "{name}");
+        assert_eq!(back.evidence.frames[0].file, "images/v01.png", "{name}");
+    }
+    // OpenGL looks along −z with y up: the board in front has negative z in its camera.
+    let text = written("nerfstudio", &camera, &sample().1).text;
+    assert!(
+        text.contains("[[1.0, -0.0, -0.0, 120.0], [0.0, -1.0, -0.0, 75.0], [0.0, -0.0, -1.0, -1000.0]"),
+        "{text}"
+    );
+}
+
+#[test]
+fn own_json_is_exact_and_reads_reports_and_truth() {
+    let (mut camera, mut evidence) = sample();
+    camera.params = camera.params.iter().map(|v| v / 3.0 + 0.1).collect();
+    evidence.free = vec![0, 1, 2, 3, 4, 5, 7];
+    evidence.covariance = Some(DMatrix::from_fn(7, 7, |i, j| 1.0 / (1.0 + i as f64 + j as f64)));
+    evidence.frames[0].corners = vec![Corner { index: 3, px: Vector2::new(0.1 + 0.2, 1e-7), sigma_px: 0.02 }];
+    evidence.date = None;
+    let back = read(&written("straightedge", &camera, &evidence).text, "a.json").unwrap();
+    assert_eq!(back.camera, camera);
+    assert_eq!(back.evidence, evidence);
+
+    let truth = r#"{"camera": {"model": "brown5", "size_px": [640, 480], "camera_matrix": {"fx": 800.0, "fy": 802.0, "cx": 321.0, "cy": 239.0},
+        "distortion": {"k1": -0.1, "k2": 0.01, "p1": 0.0, "p2": 0.0, "k3": 0.0}}, "board": "9x6", "square": 30.0, "unit": "mm",
+        "frames": [{"file": "v01.png", "rvec_rad": [0.0, 0.1, 0.0], "tvec": [0.0, 0.0, 900.0], "corners": [[0, 1.5, 2.5]]}]}"#;
+    let truth = read(truth, "truth.json").unwrap();
+    assert_eq!(truth.camera.params[1], 802.0);
+    assert_eq!(truth.evidence.board.map(|b| b.to_string()).as_deref(), Some("9x6"));
+    assert_eq!(truth.evidence.frames[0].corners[0].px, Vector2::new(1.5, 2.5));
+    assert_eq!((truth.evidence.square, truth.evidence.unit), (Some(30.0), Some(Unit::Mm)));
+}
+
+#[test]
+fn files_of_other_tools_are_read() {
+    let k = [1000.2, 999.9, 399.4, 299.6];
+    let d = [-0.28, 0.1, 0.001, 0.002, 0.0];
+    let full: Vec<f64> = k.iter().chain(&d).copied().collect();
+    for (format, text) in [
+        ("opencv", include_str!("../../../tests/golden/formats/foreign/opencv5.yaml")),
+        ("opencv", include_str!("../../../tests/golden/formats/foreign/opencv4.xml")),
+        ("opencv", include_str!("../../../tests/golden/formats/foreign/opencv.json")),
+        ("opencv", include_str!("../../../tests/golden/formats/foreign/opencv_interactive.xml")),
+        ("ros", include_str!("../../../tests/golden/formats/foreign/ost.txt")),
+        ("ros", include_str!("../../../tests/golden/formats/foreign/ros_rational.yaml")),
+        ("kalibr", include_str!("../../../tests/golden/formats/foreign/kalibr_two.yaml")),
+        ("colmap", "1 OPENCV 800 600 1000.2 999.9 399.9 300.1 -0.28 0.1 0.001 0.002"),
+        ("colmap", "7 FULL_OPENCV 800 600 1000.2 999.9 399.9 300.1 -0.28 0.1 0.001 0.002 0 0 0 0\n"),
+        (
+            "nerfstudio",
+            r#"{"camera_model":"OPENCV","fl_x":1000.2,"fl_y":999.9,"cx":399.9,"cy":300.1,"w":800,"h":600,"k1":-0.28,"k2":0.1,"p1":0.001,"p2":0.002,"frames":[]}"#,
+        ),
+        (
+            "nerfstudio",
+            r#"{"frames":[{"fl_x":1000.2,"fl_y":999.9,"cx":399.9,"cy":300.1,"w":800,"h":600,"k1":-0.28,"k2":0.1,"p1":0.001,"p2":0.002}]}"#,
+        ),
+        (
+            "mrcal",
+            "# made by hand\n{ 'lens_model': 'LENSMODEL_OPENCV8', 'intrinsics': [ 1000.2, 999.9, 399.4, 299.6, -0.28, .10, 1e-3, 0.002, 0,0,0,0,],\n 'extrinsics': [0,0,0,0,0,0], 'imagersize': (800, 600,), 'valid_intrinsics_region': [[0,0],[1,1],],\n 'optimization_inputs': b'abc{}', }\n",
+        ),
+        (
+            "mrcal",
+            "{'lensmodel': \"LENSMODEL_OPENCV4\", 'intrinsics': [1000.2,999.9,399.4,299.6,-0.28,.10,1e-3,0.002], 'imagersize': [800,600]}",
+        ),
+        (
+            "matlab",
+            "intrinsics = cameraIntrinsics([1000.2 999.9],[400.4 300.6],[600 800],RadialDistortion=[-0.28 0.10 0.0],TangentialDistortion=[0.001 0.002]);",
+        ),
+        (
+            "matlab",
+            "% comment\nf = [1000.2, 999.9];\npp = [400.4 300.6];\nimageSize = [600 800];\nc = cameraIntrinsics(f, pp, imageSize, ...\n  \"RadialDistortion\", [-0.28 0.1], 'TangentialDistortion',[0.001,0.002]); disp(c)",
+        ),
+        (
+            "matlab",
+            "p = cameraParameters('IntrinsicMatrix',[1000.2 0 0; 0 999.9 0; 400.4 300.6 1],'RadialDistortion',[-0.28 0.1],'TangentialDistortion',[0.001 0.002],'ImageSize',[600 800]);",
+        ),
+        (
+            "matlab",
+            "K = [1000.2 0 400.4\n 0 999.9 300.6\n 0 0 1];\np = cameraParameters('K',K,'RadialDistortion',[-0.28 0.1],'TangentialDistortion',[0.001 0.002],'ImageSize',[600 800]);",
+        ),
+        (
+            "metashape",
+            "<calibration type=\"frame\" class=\"adjusted\"><resolution width=\"800\" height=\"600\"/><f>999.9</f><cx>-0.1</cx><cy>0.1</cy><b1>0.3</b1><k1>-0.28</k1><k2>0.10</k2><p1>0.002</p1><p2>0.001</p2></calibration>",
+        ),
+        ("metashape", include_str!("../../../tests/golden/formats/foreign/metashape_cameras.xml")),
+    ] {
+        let file = read(text, "file").unwrap_or_else(|e| panic!("{format}: {e}\n{text}"));
+        assert_eq!(file.format, format, "{text}");
+        assert_eq!(file.camera.size_px, [800, 600], "{text}");
+        for (a, b) in full.iter().zip(&file.camera.params) {
+            assert!((a - b).abs() < 1e-9, "{format}: {:?}\n{text}", file.camera.params);
+        }
+    }
+    let simple = |text: &str| read(text, "cameras.txt").unwrap().camera.params;
+    assert_eq!(simple("1 SIMPLE_PINHOLE 640 480 500 320 240\n"), [500.0, 500.0, 319.5, 239.5]);
+    assert_eq!(simple("1 SIMPLE_RADIAL 640 480 500 320 240 0.1\n")[4..], [0.1, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(simple("1 RADIAL 640 480 500 320 240 0.1 0.2\n")[..6], [500.0, 500.0, 319.5, 239.5, 0.1, 0.2]);
+    let angle = r#"{"camera_angle_x": 1.5707963267948966, "w": 640, "h": 480, "frames": []}"#;
+    assert!((read(angle, "t.json").unwrap().camera.params[0] - 320.0).abs() < 1e-9);
+    let two =
+        read("1 PINHOLE 640 480 500 500 320 240\n2 PINHOLE 64 48 50 50 32 24\n", "cameras.txt").unwrap();
+    assert!(two.notes[0].contains("2 cameras"), "{:?}", two.notes);
+    let renamed = read("1 PINHOLE 640 480 500 500 320 240\n", "cameras.yaml").unwrap();
+    assert!(renamed.notes[0].contains("cameras.yaml: read as colmap"), "{:?}", renamed.notes);
+}
+
+#[test]
+fn wrong_files_say_what_is_wrong() {
+    let (camera, evidence) = sample();
+    let opencv = written("opencv", &camera, &evidence).text;
+    let ros = written("ros", &camera, &evidence).text;
+    let json = written("straightedge", &camera, &evidence).text;
+    let xml = written("metashape", &camera, &evidence).text;
+    for (text, expected) in [
+        (String::new(), "file is empty"),
+        ("hello".to_owned(), "no camera file format was recognised"),
+        (opencv.replace("1000.2", ".Nan"), "must be a finite number"),
+        (opencv.replace("1000.2", "-.Inf"), "must be a finite number"),
+        (opencv.replace("1000.2", "0."), "fx is 0"),
+        (opencv.replace("1000.2", "-5"), "fx is -5"),
+        (opencv.replace("1000.2, ", ""), "camera_matrix has 8 numbers"),
+        (opencv.replace("image_width: 800\n", ""), "picture size is missing"),
+        (opencv.replace("image_width: 800", "image_width: 0"), "whole numbers of pixels"),
+        (opencv.replace("image_width: 800", "image_width: 800.5"), "whole numbers of pixels"),
+        (opencv.replace("image_width: 800", "image_size: [640, 480]\nimage_width: 800"), "contradict"),
+        (opencv.replace("distortion_coefficients", "lens"), "distortion_coefficients is missing"),
+        (opencv.replace("0.0, 399.4", "0.5, 399.4"), "skew"),
+        (opencv.split("data").next().unwrap().to_owned(), "camera_matrix has no data"),
+        (ros.replace("plumb_bob", "equidistant"), "equidistant is not supported yet"),
+        (ros.replace("cols: 5", "cols: 4"), "distortion_coefficients has 5 numbers"),
+        (ros.replace("image_height: 600", "image_height: high"), "image_height must be a number"),
+        (json.replace("\"cy\": 299.6", "\"cy\": NaN"), "not valid JSON"),
+        (json.replace("\"cy\": 299.6", "\"cz\": 299.6"), "cy is missing"),
+        (json.replace("\"k3\"", "\"k9\""), "has no parameter k9"),
+        (json.replace("brown5", "brown6"), "not a camera model"),
+        (json.chars().take(300).collect(), "not valid JSON"),
+        (xml.replace("</calibration>", ""), "not valid XML"),
+        (xml.replace("<b2>0.0", "<b2>0.4"), "b2 = 0.4"),
+        (xml.replace("frame", "fisheye"), "fisheye is not supported yet"),
+        ("<calibration><fx>1</fx></calibration>".to_owned(), "PhotoScan before 1.2"),
+        ("1 OPENCV 800 600 1000 1000 400 300 0 0 0\n".to_owned(), "has 8 parameters, 7 were found"),
+        ("1 OPENCV_FISHEYE 800 600 1 1 1 1 0 0 0 0\n".to_owned(), "OPENCV_FISHEYE is not supported yet"),
+        ("1 FULL_OPENCV 800 600 9 9 4 3 0 0 0 0 0 0.5 0 0\n".to_owned(), "k4 = 0.5"),
+        ("{'lensmodel': 'LENSMODEL_OPENCV8', 'intrinsics': [1,2,3".to_owned(), "line 1: the file is cut off"),
+        (
+            "{'lensmodel': 'LENSMODEL_CAHVOR', 'intrinsics': [], 'imagersize': [8,6]}".to_owned(),
+            "LENSMODEL_CAHVOR is not",
+        ),
+        ("c = cameraIntrinsics([1 2],[3 4]".to_owned(), "cut off"),
+        ("c = cameraIntrinsics(f,[3 4],[5 6])".to_owned(), "variable f is not assigned"),
+        (
+            "cam0:\n  camera_model: omni\n  intrinsics: [1.0]\n".to_owned(),
+            "camera_model omni is not supported yet",
+        ),
+        (r#"{"value0": {"intrinsics": [], "resolution": []}}"#.to_owned(), "at least one camera"),
+    ] {
+        let m = message(&text);
+        assert!(m.contains(expected) && m.starts_with("file"), "{expected:?} in {m:?} for {text}");
+    }
+    let kb4 = written("basalt", &camera, &evidence).text;
+    assert!(message(&kb4).contains("Kannala–Brandt"), "{}", message(&kb4));
+    assert!(read_bytes(&[0xff, 0xd8, 0xff], "a.yaml").unwrap_err().to_string().contains("not a text file"));
+}
+
+/// Deterministic stand-in for a fuzzer: nothing may panic, whatever the bytes.
+#[test]
+fn damaged_files_never_panic() {
+    let (camera, evidence) = sample();
+    let foreign = [
+        include_str!("../../../tests/golden/formats/foreign/ost.txt").to_owned(),
+        include_str!("../../../tests/golden/formats/foreign/opencv4.xml").to_owned(),
+        "f = [1 2];\nc = cameraParameters('IntrinsicMatrix',[1 0 0; 0 9 0; 4 3 1],'RadialDistortion',f,'ImageSize',[6 8]);".to_owned(),
+    ];
+    let texts = FORMATS.iter().map(|f| written(f.name, &camera, &evidence).text).chain(foreign);
+    for text in texts {
+        for i in 0..text.len() {
+            if text.is_char_boundary(i) {
+                let _ = read(&text[..i], "prefix");
+            }
+            let all = *b"\0\n -9.e[{\":%<&#\xff";
+            for byte in all.into_iter().skip(i % 4).step_by(4) {
+                let mut bytes = text.as_bytes().to_vec();
+                bytes[i] = byte;
+                let _ = read_bytes(&bytes, "corrupt");
+                let _ = read(&String::from_utf8_lossy(&bytes), "corrupt");
+            }
+        }
+    }
+}
+
+#[test]
+fn hostile_files_are_refused_quickly() {
+    let deep = |open: &str| format!("camera_matrix: {}", open.repeat(200_000));
+    for text in [
+        deep("["),
+        deep("{a: "),
+        deep("- "),
+        format!("{{\"camera_matrix\": {}", "[".repeat(200_000)),
+        format!("<calibration>{}", "<a>".repeat(200_000)),
+        format!("{{'lensmodel': {}", "[".repeat(200_000)),
+        format!("c = cameraIntrinsics({}", "[".repeat(200_000)),
+        (0..20_000).map(|i| format!("{}camera_matrix:\n", " ".repeat(i % 300))).collect(),
+        "camera_matrix:\n  a: &a [1,1,1,1,1,1,1,1,1]\n".to_owned()
+            + &(b'b'..b'z').map(|c| {
+                let (n, p) = (char::from(c), char::from(c - 1));
+                format!("  {n}: &{n} [*{p},*{p},*{p},*{p},*{p},*{p},*{p},*{p},*{p}]\n")
+            }).collect::<String>(),
+        "<!DOCTYPE c [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;\">]><calibration><f>&b;</f></calibration>".to_owned(),
+        "intrinsics = cameraIntrinsics(a,a,a);\na = b;\nb = a;".to_owned(),
+    ] {
+        assert!(read(&text, "file").is_err());
+    }
+}

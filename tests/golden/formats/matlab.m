@@ -1,0 +1,3 @@
+% MATLAB counts pixels from 1: the principal point is one larger than in OpenCV.
+intrinsics = cameraIntrinsics([1000.2 999.9], [400.4 300.6], [600 800], ...
+    'RadialDistortion', [-0.28 0.1 0.0], 'TangentialDistortion', [0.001 0.002]);
