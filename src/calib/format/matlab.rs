@@ -171,22 +171,18 @@ fn by_name(arguments: &[String]) -> (Vec<&str>, BTreeMap<String, &str>) {
 /// The numbers of `[1 2; 3 4]`, of a number, or of a variable that is assigned such a value.
 fn numbers(text: &str, field: &str, script: &str, depth: usize) -> Result<Vec<f64>> {
     let t = text.trim();
-    if depth < 4
-        && t.starts_with(|c: char| c.is_ascii_alphabetic())
-        && t.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-    {
-        let assigned = script.lines().flat_map(|l| l.split_inclusive(';')).find_map(|statement| {
-            let (name, value) = statement.split_once('=')?;
-            (name.trim() == t).then(|| value.trim().trim_end_matches(';'))
+    let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if depth < 4 && t.starts_with(|c: char| c.is_ascii_alphabetic()) && t.chars().all(word) {
+        let value = script.match_indices('=').find_map(|(at, _)| {
+            let before = script[..at].trim_end().rsplit(|c| !word(c)).next();
+            (before == Some(t)).then(|| script[at + 1..].trim_start())
         });
-        // A matrix may hold semicolons and line ends: take the text up to its closing bracket.
-        let value = assigned.map(|v| {
-            let from = v.as_ptr() as usize - script.as_ptr() as usize;
-            let tail = &script[from..];
-            if v.starts_with('[') { tail.split_inclusive(']').next().unwrap_or(v) } else { v }
-        });
+        // A matrix may hold semicolons and line ends.
         return match value {
-            Some(v) => numbers(v, field, script, depth + 1),
+            Some(v) if v.starts_with('[') => {
+                numbers(v.split_inclusive(']').next().unwrap_or(v), field, script, depth + 1)
+            }
+            Some(v) => numbers(v.split([';', '\n']).next().unwrap_or(v), field, script, depth + 1),
             None => Err(wrong(format!("{field}: the variable {t} is not assigned in the file"))),
         };
     }

@@ -58,8 +58,9 @@ fn frame(frame: &Frame) -> Option<String> {
     struct Name<'a>(&'a str);
     let world_from_camera = frame.camera_from_board?.inverse();
     let (r, t) = (world_from_camera.matrix(), world_from_camera.translation);
-    let rows: Vec<String> =
-        (0..3).map(|i| format!("[{}]", joined(&[r[(i, 0)], -r[(i, 1)], -r[(i, 2)], t[i]], ", "))).collect();
+    let rows: Vec<String> = (0..3)
+        .map(|i| format!("[{}]", joined(&[r[(i, 0)], 0.0 - r[(i, 1)], 0.0 - r[(i, 2)], t[i]], ", ")))
+        .collect();
     let file = serde_json::to_string(&Name(&frame.file)).ok()?;
     Some(format!(
         "{{\"file_path\": {file}, \"transform_matrix\": [{}, [0.0, 0.0, 0.0, 1.0]]}}",

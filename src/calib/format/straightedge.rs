@@ -145,7 +145,7 @@ fn read(text: &str) -> Result<Content> {
             }
             first
         }
-        _ => root.find("camera").unwrap_or(&root),
+        _ => root.find("camera").filter(|c| matches!(c, Node::Map(_))).unwrap_or(&root),
     };
     let lens = read_camera(camera)?;
     let mut evidence = read_evidence(&root)?;
@@ -193,8 +193,8 @@ fn read_evidence(root: &Node) -> Result<Evidence> {
     };
     match settings.find("square") {
         Some(Node::Text(t)) => {
-            let length: Length = t.parse()?;
-            (evidence.square, evidence.unit) = (Some(length.value), Some(length.unit));
+            let length = t.parse::<Length>().ok();
+            (evidence.square, evidence.unit) = (length.map(|l| l.value), length.map(|l| l.unit));
         }
         Some(v) => evidence.square = Some(v.number("square")?),
         None => {}

@@ -151,7 +151,7 @@ fn poses_survive_where_the_format_has_them() {
     // OpenGL looks along −z with y up: the board in front has negative z in its camera.
     let text = written("nerfstudio", &camera, &sample().1).text;
     assert!(
-        text.contains("[[1.0, -0.0, -0.0, 120.0], [0.0, -1.0, -0.0, 75.0], [0.0, -0.0, -1.0, -1000.0]"),
+        text.contains("[[1.0, 0.0, 0.0, 120.0], [0.0, -1.0, 0.0, 75.0], [0.0, 0.0, -1.0, -1000.0]"),
         "{text}"
     );
 }
