@@ -14,9 +14,9 @@ use super::photo::Exif;
 
 /// What is known of a frame.
 #[derive(Clone, Copy, Debug)]
-pub struct Member<'a> {
-    /// Path as the user gave it or as the listing found it.
-    pub path: &'a Path,
+pub struct Candidate<'a> {
+    /// Its path, as given or found; what tells two folders or cameras apart must be in it.
+    pub name: &'a str,
     /// Size in stored pixels: a frame that EXIF rotates stays as it is stored.
     pub size_px: [u32; 2],
     /// What the file says.
@@ -47,13 +47,13 @@ struct Key {
 type CameraId = [Option<String>; 3];
 
 /// Groups of frames, the largest first; equally large ones in the order of their first frames.
-pub fn group(frames: &[Member<'_>]) -> Vec<Group> {
+pub fn by_camera(frames: &[Candidate<'_>]) -> Vec<Group> {
     let labels = labels(frames);
     let mut keys: Vec<Key> = frames
         .iter()
         .zip(labels)
         .map(|(frame, label)| Key {
-            folder: folder(frame.path),
+            folder: folder(frame.name),
             label,
             camera: [&frame.exif.make, &frame.exif.model, &frame.exif.serial].map(Clone::clone),
             size_px: frame.size_px,
@@ -77,18 +77,17 @@ pub fn group(frames: &[Member<'_>]) -> Vec<Group> {
         .collect()
 }
 
-/// For each frame the position of an earlier one with the same pixels (see [`super::photo::Picture::pixels_hash`]).
-pub fn duplicates(pixel_hashes: &[u128]) -> Vec<Option<usize>> {
+/// For each frame the position of an earlier one with the same pixels (see [`super::photo::Picture::pixels_hash`]); `None` for
+/// the first of its kind, and for a frame that could not be read.
+pub fn duplicates(pixel_hashes: &[Option<u128>]) -> Vec<Option<usize>> {
     let mut first = BTreeMap::new();
-    pixel_hashes
-        .iter()
-        .enumerate()
-        .map(|(i, hash)| Some(*first.entry(*hash).or_insert(i)).filter(|at| *at != i))
-        .collect()
+    let earlier =
+        |(i, hash): (usize, &Option<u128>)| Some(*first.entry((*hash)?).or_insert(i)).filter(|at| *at != i);
+    pixel_hashes.iter().enumerate().map(earlier).collect()
 }
 
-fn folder(path: &Path) -> String {
-    path.parent().map(|p| p.display().to_string()).unwrap_or_default()
+fn folder(name: &str) -> String {
+    Path::new(name).parent().map(|p| p.display().to_string()).unwrap_or_default()
 }
 
 /// A frame whose EXIF says less joins the only camera beside it that it does not contradict: editors strip tags.
@@ -113,15 +112,17 @@ fn complete_cameras(keys: &mut [Key]) {
 }
 
 /// The camera in the file name of each frame, empty where the name tells none.
-fn labels(frames: &[Member<'_>]) -> Vec<String> {
+fn labels(frames: &[Candidate<'_>]) -> Vec<String> {
     let stems: Vec<String> = frames
         .iter()
-        .map(|f| f.path.file_stem().map(|s| s.to_string_lossy().to_lowercase()).unwrap_or_default())
+        .map(|f| {
+            Path::new(f.name).file_stem().map(|s| s.to_string_lossy().to_lowercase()).unwrap_or_default()
+        })
         .collect();
     let numbered: Vec<(String, String)> = stems.iter().map(|s| split_number(s)).collect();
     let mut by_folder: BTreeMap<String, Vec<usize>> = BTreeMap::new();
     for (i, frame) in frames.iter().enumerate() {
-        by_folder.entry(folder(frame.path)).or_default().push(i);
+        by_folder.entry(folder(frame.name)).or_default().push(i);
     }
     let mut labels = vec![String::new(); frames.len()];
     for members in by_folder.values() {
@@ -250,9 +251,9 @@ mod tests {
     fn grouped(frames: &[(&str, [u32; 2], Exif)]) -> Vec<(String, String, usize)> {
         let members: Vec<_> = frames
             .iter()
-            .map(|(path, size_px, exif)| Member { path: Path::new(path), size_px: *size_px, exif })
+            .map(|(path, size_px, exif)| Candidate { name: path, size_px: *size_px, exif })
             .collect();
-        group(&members).into_iter().map(|g| (g.name, g.reason, g.members.len())).collect()
+        by_camera(&members).into_iter().map(|g| (g.name, g.reason, g.members.len())).collect()
     }
 
     fn names(paths: &[&str]) -> Vec<(String, usize)> {
@@ -360,7 +361,8 @@ mod tests {
 
     #[test]
     fn copies_point_to_the_first() {
-        assert_eq!(duplicates(&[5, 7, 5, 9, 7, 5]), [None, None, Some(0), None, Some(1), Some(0)]);
+        let hashes = [Some(5), Some(7), Some(5), None, Some(9), None, Some(7), Some(5)];
+        assert_eq!(duplicates(&hashes), [None, None, Some(0), None, None, None, Some(1), Some(0)]);
     }
 
     #[test]
@@ -382,19 +384,20 @@ mod tests {
             let files = photo::list(&[root.join(set)]).unwrap();
             let pictures: Vec<_> =
                 files.iter().map(|f| photo::read(f, photo::Colours::Gray).unwrap()).collect();
-            let members: Vec<_> = files
+            let names: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
+            let members: Vec<_> = names
                 .iter()
                 .zip(&pictures)
-                .map(|(path, p)| Member {
-                    path,
+                .map(|(name, p)| Candidate {
+                    name,
                     size_px: [p.photo.width as u32, p.photo.height as u32],
                     exif: &p.exif,
                 })
                 .collect();
-            let groups = group(&members);
+            let groups = by_camera(&members);
             let found: Vec<_> = groups.iter().map(|g| (g.name.as_str(), g.members.len())).collect();
             assert_eq!(found, expected, "{set}");
-            let hashes: Vec<_> = pictures.iter().map(|p| p.pixels_hash).collect();
+            let hashes: Vec<_> = pictures.iter().map(|p| Some(p.pixels_hash)).collect();
             assert!(duplicates(&hashes).iter().all(Option::is_none), "{set}");
         }
     }

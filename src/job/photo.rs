@@ -78,6 +78,20 @@ pub fn read(path: &Path, colours: Colours) -> Result<Picture> {
     decode(&name, &bytes, colours)
 }
 
+/// `[width, height]` of a picture file, in stored pixels; the pixels are not decoded where the format allows.
+///
+/// # Errors
+/// As [`read`].
+pub fn size_px(path: &Path) -> Result<[u32; 2]> {
+    let name = path.display().to_string();
+    let bytes = fs::read(path).map_err(|e| Error::File { path: name.clone(), message: list::reason(&e) })?;
+    let reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format();
+    match reader.ok().and_then(|r| r.into_dimensions().ok()) {
+        Some((w, h)) if matches!(sniff(&bytes), Content::Picture(_)) => Ok([w, h]),
+        _ => decode(&name, &bytes, Colours::Gray).map(|p| [p.photo.width as u32, p.photo.height as u32]),
+    }
+}
+
 /// Decodes the bytes of a file; `name` is what messages call it.
 ///
 /// # Errors

@@ -363,6 +363,7 @@ fn real_photographs_are_read() {
         assert_eq!(files.len(), count);
         let first = read(&files[0], Colours::Keep).unwrap();
         assert_eq!([first.photo.width, first.photo.height], size);
+        assert_eq!(size_px(&files[0]).unwrap(), size.map(|n| n as u32));
         let luma = read(&files[0], Colours::Gray).unwrap();
         let (Samples::U8(a), Samples::U8(b)) = (gray(&first.photo).samples, luma.photo.samples) else {
             panic!("8 bit")
