@@ -134,3 +134,86 @@ pub(super) fn smooth_levels(picture: &Plane<f32>, sigma: f64) -> Plane<f32> {
     });
     Plane::from_fn(w, h, |x, y| sum(&|d| across.at(x, clamp(y as i64 + d, h))))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A turned checkerboard of squares of about 23 px in whole numbers, so that another language makes the same bytes.
+    fn board() -> Plane<u8> {
+        Plane::from_fn(96, 80, |x, y| {
+            let white = |s: &i64| {
+                let (u, v) = (8 * x as i64 + 2 * (s % 4) + 1 - 88, 8 * y as i64 + 2 * (s / 4) + 1 - 72); // ⅛ px
+                let unit = 8 * 23 * 256;
+                let (i, j) = ((250 * u + 40 * v).div_euclid(unit), (-40 * u + 240 * v).div_euclid(unit));
+                (i + j).rem_euclid(2) == 1
+            };
+            25 + 13 * (0..16).filter(white).count() as u8
+        })
+    }
+
+    fn start(px: [f64; 2]) -> Start {
+        Start { px: px.into(), neighbours: [None; 4] }
+    }
+
+    /// Golden figures of OpenCV 5.0.0, with the picture above as the uint8 array `im`:
+    /// `cv2.cornerSubPix(im, np.array([[start]], np.float32), (half, half), (-1, -1), (3, 30, 0.001))`
+    #[test]
+    fn equals_corner_sub_pix() {
+        let board = board();
+        assert_eq!(board.data().iter().map(|v| u32::from(*v)).sum::<u32>(), 967_983, "not the same picture");
+        for (from, half, want) in [
+            ([30.0, 36.0], 11, [29.5822, 36.2505]),
+            ([30.0, 36.0], 7, [29.5882, 36.2425]),
+            ([30.0, 36.0], 3, [29.5700, 36.2651]),
+            ([53.0, 40.0], 11, [52.5553, 40.0620]),
+            ([53.0, 40.0], 7, [52.5532, 40.0709]),
+            ([26.0, 60.0], 11, [25.7586, 60.1614]),
+            ([49.0, 64.0], 7, [48.6871, 63.9243]),
+            // the window of 11 leaves the picture: the border is replicated
+            ([72.0, 67.0], 11, [71.6473, 67.7318]),
+            ([72.0, 67.0], 3, [71.6331, 67.6975]),
+        ] {
+            let got = refine(&board, &[start(from)], Window::Half(half))[0];
+            assert!((got - Vector2::from(want)).amax() < 1e-3, "{from:?} {half}: {got} instead of {want:?}");
+        }
+    }
+
+    #[test]
+    fn adaptive_windows_stay_short_of_the_next_corner() {
+        let starts: Vec<Start> = (0..3)
+            .map(|i: u32| {
+                let px = Vector2::new(10.0 + [0.0, 15.0, 80.0][i as usize], 10.0);
+                Start { px, neighbours: [i.checked_sub(1), (i < 2).then_some(i + 1), None, Some(77)] }
+            })
+            .collect();
+        assert_eq!([0, 1, 2].map(|i| Window::Adaptive.half(&starts, i)), [7, 7, 11]);
+    }
+
+    #[test]
+    fn hopeless_starts_come_back_unchanged() {
+        let flat = Plane::from_fn(40, 30, |_, _| 9u8);
+        for px in [[20.0, 15.0], [-3.0, 5.0], [400.0, 5.0], [f64::NAN, 5.0], [f64::INFINITY, 0.0]] {
+            for picture in [&flat, &Plane::new(1, 1), &Plane::new(0, 0)] {
+                let got = refine(picture, &[start(px)], Window::Half(11))[0];
+                assert!(got == Vector2::from(px) || px[0].is_nan() && got.x.is_nan(), "{px:?} {got}");
+            }
+        }
+        assert!(refine(&flat, &[start([20.0, 15.0])], Window::Half(0)).len() == 1);
+    }
+
+    #[test]
+    fn smoothing_keeps_the_mean_and_spreads_a_point_as_a_gaussian() {
+        let point = Plane::from_fn(41, 41, |x, y| if (x, y) == (20, 20) { 60_000u16 } else { 0 });
+        let s = smooth(&point, 2.0);
+        let total: f64 = s.data().iter().map(|v| f64::from(*v)).sum();
+        assert!((total / 60_000.0 - 1.0).abs() < 2e-3, "{total}");
+        let ratio = f64::from(s.at(22, 20)) / f64::from(s.at(20, 20));
+        assert!((ratio - (-0.5f64).exp()).abs() < 1e-3, "{ratio}");
+        for sigma in [0.0, -1.0, f64::NAN] {
+            assert_eq!(smooth(&point, sigma), point);
+        }
+        assert_eq!(smooth(&Plane::<u8>::new(0, 0), 1.0).data().len(), 0);
+        assert_eq!(smooth(&Plane::from_fn(5, 5, |_, _| 200u8), 1e9).at(2, 2), 200);
+    }
+}

@@ -127,9 +127,11 @@ impl Fit {
 /// are left out. Starts that are not finite or that see no corner come back unchanged with `ok` false.
 pub fn refine<T: Sample>(picture: &Plane<T>, starts: &[Start], options: &Options) -> Vec<Fit> {
     let mut strips = [Strip::new(), Strip::new()];
-    let mut corners: Vec<Option<Crossing>> = (0..starts.len())
-        .map(|i| {
-            let mut corner = Crossing::new(starts[i].px, &axes::of(starts, i, options)?)?;
+    let mut corners: Vec<Option<Crossing>> = axes::all(starts, options)
+        .iter()
+        .zip(starts)
+        .map(|(axes, start)| {
+            let mut corner = Crossing::new(start.px, axes.as_ref()?)?;
             corner.coarse(picture, options, &mut strips)?;
             corner.fine(picture, options, &mut strips)?;
             Some(corner)

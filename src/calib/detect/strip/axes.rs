@@ -16,22 +16,31 @@ pub(super) struct Axis {
     pub(super) room: [f32; 2],
 }
 
-/// Both axes of corner `i`: edge 0 along the grid row, edge 1 along the grid column. `None` without a usable direction.
+/// Both axes of every corner: axis 0 along the grid row, axis 1 along the grid column; `None` without a usable direction.
 ///
 /// A missing neighbour follows the rim rule: the other side's distance, shortened to [`Options::arm_rim`]. Where both are
-/// missing, the axis is that of the neighbours on the other axis.
-pub(super) fn of(starts: &[Start], i: usize, options: &Options) -> Option<[Axis; 2]> {
+/// missing, the axis is that of the nearest corner that has one, found from link to link.
+pub(super) fn all(starts: &[Start], options: &Options) -> Vec<Option<[Axis; 2]>> {
     let rim = options.arm_rim / options.arm;
-    let axis = |k: usize| {
-        own(starts, i, k, rim).or_else(|| {
-            let beside = linked(starts, i, 1 - k).into_iter().flatten();
-            beside.filter_map(|j| own(starts, j, k, rim)).next().map(|a| {
-                let room = rim * a.room[0].min(a.room[1]);
-                Axis { along: a.along, room: [room, room] }
-            })
-        })
-    };
-    Some([axis(0)?, axis(1)?])
+    let mut axes: Vec<[Option<Axis>; 2]> =
+        (0..starts.len()).map(|i| [0, 1].map(|k| own(starts, i, k, rim))).collect();
+    loop {
+        let mut found = Vec::new();
+        for (i, k) in (0..axes.len()).flat_map(|i| [(i, 0), (i, 1)]) {
+            if axes[i][k].is_none() {
+                let beside = linked(starts, i, 1 - k).into_iter().flatten();
+                found.extend(beside.filter_map(|j| axes[j][k]).next().map(|axis| (i, k, axis)));
+            }
+        }
+        if found.is_empty() {
+            break;
+        }
+        for (i, k, Axis { along, room }) in found {
+            let both = room[0].min(room[1]).min(rim * room[0].max(room[1]));
+            axes[i][k] = Some(Axis { along, room: [both; 2] });
+        }
+    }
+    axes.into_iter().map(|[row, column]| Some([row?, column?])).collect()
 }
 
 /// The neighbours of `i` before and after it on axis `k`, where the links make sense.

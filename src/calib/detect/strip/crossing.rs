@@ -26,6 +26,11 @@ const FINE_STEPS: usize = 3;
 const STILL: f64 = 0.1;
 /// Farthest that the fit may move from its whole pixel, px and as a part of the nearest square.
 const FARTHEST: (f64, f64) = (5.0, 0.45);
+/// Largest trace of the covariance of an accepted corner, px².
+const LARGEST_TRACE: f64 = 0.1;
+/// Widest profile of an accepted corner as a part of the distance to the next parallel edge: a false corner between
+/// squares passes for a very blurred one.
+const WIDEST: f32 = 0.25;
 /// Systematic error that no residual shows (rounding to grey levels, third-order terms), px.
 const FLOOR_PX: f64 = 0.002;
 
@@ -160,8 +165,12 @@ impl Crossing {
             amplitude: f64::from(self.amplitude),
             ok: true,
         };
-        let honest = fit.amplitude.abs() > 1.5 * sigma_gray && xx + yy < 0.25;
-        (honest && fit.px.iter().all(|v| v.is_finite())).then_some(fit)
+        let contained = |k: usize| {
+            let e = &self.edges[k];
+            e.sd() * e.cos() < WIDEST * self.nearest(1 - k)
+        };
+        let honest = fit.amplitude.abs() > 1.5 * sigma_gray && xx + yy < LARGEST_TRACE;
+        (honest && contained(0) && contained(1) && fit.px.iter().all(|v| v.is_finite())).then_some(fit)
     }
 
     fn gather<T: Sample>(&self, picture: &Plane<T>, options: &Options, strips: &mut [Strip; 2]) {
@@ -180,10 +189,13 @@ impl Crossing {
         self.room[k][0].min(self.room[k][1])
     }
 
-    /// How far a row may slide along u before it would touch the next parallel edge.
-    fn slide(&self, k: usize, blocks: usize) -> f32 {
+    /// How far a row may slide towards smaller and larger u before it would touch the next parallel edge.
+    fn slide(&self, k: usize, blocks: usize) -> [f32; 2] {
         let half = (LANES * blocks / 2) as f32;
-        (0.6 * self.nearest(1 - k) / self.edges[k].cos() - half).clamp(0.0, half - 1.0)
+        let crossed = self.edges[0].steep != self.edges[1].steep;
+        // the u axis of this edge is then the v axis of the other
+        let room = if crossed { self.room[1 - k] } else { [self.nearest(1 - k); 2] };
+        room.map(|d| (0.6 * d / self.edges[k].cos() - half).clamp(0.0, half - 1.0))
     }
 
     /// Rows before and after the corner on edge `k`, short of the next crossing edge and its blur.

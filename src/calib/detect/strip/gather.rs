@@ -32,8 +32,8 @@ pub(super) struct Extent {
     pub(super) rows: [f32; 2],
     /// Blocks of eight pixels in a row.
     pub(super) blocks: usize,
-    /// How far a row may slide along u to stay in the picture, px.
-    pub(super) slide: f32,
+    /// How far a row may slide towards smaller and larger u to stay in the picture, px.
+    pub(super) slide: [f32; 2],
     /// Every n-th row.
     pub(super) every: i32,
 }
@@ -78,8 +78,8 @@ impl Strip {
             let (abs_u, abs_v) = (origin[u] + first, origin[v] + row);
             let inside = abs_u.min(size[u] - lanes).max(0);
             let slide = inside - abs_u;
-            if abs_v < 0 || abs_v >= size[v] || inside + lanes > size[u] || slide.abs() as f32 > extent.slide
-            {
+            let too_far = slide as f32 > extent.slide[1] || -slide as f32 > extent.slide[0];
+            if abs_v < 0 || abs_v >= size[v] || inside + lanes > size[u] || too_far {
                 continue;
             }
             let start = abs_v as usize * step[v] + inside as usize * step[u];
