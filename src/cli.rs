@@ -1,1 +1,82 @@
-//! Headless commands.
+//! Headless commands: what is typed, what is printed, and the exit code.
+//!
+//! Exit codes: 0 done · 1 ran, but without a calibration · 2 wrong use (missing path, bad grammar).
+
+mod board;
+mod calibrate;
+mod convert;
+mod detect;
+mod experiment;
+mod pose;
+mod synth;
+mod undistort;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::calib::Error;
+
+/// Camera calibration that can be believed.
+#[derive(Debug, Parser)]
+#[command(name = "straightedge", version, about, arg_required_else_help = false)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+/// One file a command: its arguments and `fn run(Args) -> Result<ExitCode>`.
+#[derive(Debug, Subcommand)]
+enum Command {
+    Calibrate(calibrate::Args),
+    Detect(detect::Args),
+    Undistort(undistort::Args),
+    Convert(convert::Args),
+    Pose(pose::Args),
+    Synth(synth::Args),
+    Experiment(experiment::Args),
+    Board(board::Args),
+}
+
+/// Ran, but there is no calibration.
+pub(crate) const NO_RESULT: u8 = 1;
+/// Wrong use: bad grammar, a missing path.
+pub(crate) const WRONG_USE: u8 = 2;
+
+/// Runs the command line of this process.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let ran = match cli.command {
+        None => calibrate::demo(),
+        Some(Command::Calibrate(args)) => calibrate::run(args),
+        Some(Command::Detect(args)) => detect::run(args),
+        Some(Command::Undistort(args)) => undistort::run(args),
+        Some(Command::Convert(args)) => convert::run(args),
+        Some(Command::Pose(args)) => pose::run(args),
+        Some(Command::Synth(args)) => synth::run(args),
+        Some(Command::Experiment(args)) => experiment::run(args),
+        Some(Command::Board(args)) => board::run(args),
+    };
+    ran.unwrap_or_else(|error| fail(&error))
+}
+
+/// Says what is wrong on stderr and answers the exit code.
+fn fail(error: &Error) -> ExitCode {
+    say(&format!("error: {error}"));
+    ExitCode::from(match error {
+        Error::Invalid(_) | Error::File { .. } | Error::Format { .. } => WRONG_USE,
+        _ => NO_RESULT,
+    })
+}
+
+/// A line for people, on stderr: stdout is for results.
+#[expect(clippy::print_stderr, reason = "the one place where a person is spoken to")]
+pub(crate) fn say(text: &str) {
+    eprintln!("{text}");
+}
+
+/// A result, on stdout. A reader that went away (`| head`) is no error.
+pub(crate) fn print(text: &str) {
+    use std::io::Write as _;
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+}

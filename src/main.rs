@@ -1,3 +1,5 @@
 //! The `straightedge` command.
 
-fn main() {}
+fn main() -> std::process::ExitCode {
+    straightedge::cli::main()
+}

@@ -66,7 +66,7 @@ pub fn pdf(kind: Kind, size: BoardSize, square: Length) -> Result<Vec<u8>> {
 /// An SVG of the board at true scale (its `width` and `height` are in mm).
 ///
 /// # Errors
-/// As [`pdf`].
+/// As [`pdf()`].
 pub fn svg(kind: Kind, size: BoardSize, square: Length) -> Result<String> {
     Ok(svg::write(&Page::new(kind, size, square)?))
 }
