@@ -5,7 +5,16 @@
 //! cheap and come after it, so a new board size never costs a new detection.
 
 mod assign;
+mod complete;
+mod ends;
 pub mod gradient;
+mod grow;
+mod pyramid;
+mod reason;
+mod response;
+mod saddle;
+mod search;
+mod sheet;
 pub mod strip;
 
 use std::{fmt, str::FromStr};
@@ -125,6 +134,18 @@ pub struct GridCorner {
 
 /// Finds the largest grid of checkerboard corners in a picture, whatever the size of the board.
 pub fn detect(picture: &Gray, options: &Options) -> Detection {
-    let _ = (picture, options);
-    Detection { grid: None, why: "no checkerboard corners".to_owned() }
+    if options.presmooth_px > 0.0 {
+        let smooth = match picture {
+            Gray::U8(p) => Gray::U8(gradient::smooth(p, options.presmooth_px)),
+            Gray::U16(p) => Gray::U16(gradient::smooth(p, options.presmooth_px)),
+        };
+        return detect(&smooth, &Options { presmooth_px: 0.0, ..*options });
+    }
+    match picture {
+        Gray::U8(p) => search::search(p, picture, options.refinement),
+        Gray::U16(p) => search::search(p, picture, options.refinement),
+    }
 }
+
+#[cfg(test)]
+mod tests;

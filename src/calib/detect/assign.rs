@@ -1,9 +1,15 @@
 //! From grids to boards: which size the board has, and which corner is which.
 
+use std::collections::BTreeMap;
+
+use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use super::Grid;
-use crate::calib::{observation::Corner, target::BoardSize};
+use super::{Grid, GridCorner};
+use crate::calib::{homography, observation::Corner, target::BoardSize};
+
+/// A part of a board is used from this many corners in 3 × 3.
+const FEWEST: usize = 12;
 
 /// Corners of a grid with their indices on a board.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,21 +36,196 @@ pub struct BoardChoice {
 }
 
 /// Finds the size of the board that most grids of a set show; `None` where no grid is large enough to tell.
+///
+/// A grid whose four borders were seen is a whole board and counts three times, another complete rectangle once; of sizes
+/// with the same count the larger is taken.
 pub fn board_of(grids: &[&Grid]) -> Option<BoardChoice> {
-    let _ = grids;
-    None
+    let normal = |[a, b]: [u32; 2]| BoardSize { cols: a.max(b), rows: a.min(b) };
+    let mut votes = BTreeMap::<BoardSize, (usize, usize)>::new();
+    for grid in grids {
+        let complete = grid.corners.len() == normal(grid.size).len();
+        let closed = grid.ends == [true; 4];
+        if complete || closed {
+            let vote = votes.entry(normal(grid.size)).or_default();
+            vote.0 += if closed { 3 } else { 1 };
+            vote.1 += usize::from(complete);
+        }
+    }
+    let largest = |(size, (n, _)): &(&BoardSize, &(usize, usize))| (*n, size.len());
+    let (size, (_, seen_whole)) = votes.iter().max_by_key(largest)?;
+    let closed = |g: &&&Grid| g.ends == [true; 4];
+    let others: Vec<String> = {
+        let mut sizes: Vec<_> =
+            grids.iter().filter(closed).map(|g| normal(g.size)).filter(|s| s != size).collect();
+        sizes.sort_unstable();
+        sizes.dedup();
+        sizes.iter().map(ToString::to_string).collect()
+    };
+    let doubts = if !others.is_empty() {
+        format!("other pictures show a board of {}", others.join(", "))
+    } else if !grids.iter().filter(closed).any(|g| normal(g.size) == *size) {
+        "no picture shows all four borders of the board: the board may be larger".to_owned()
+    } else {
+        String::new()
+    };
+    Some(BoardChoice { size: *size, seen_whole: *seen_whole, doubts })
+}
+
+/// A way to lay a grid on a board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Placement {
+    /// Quarter turns of the grid.
+    turns: usize,
+    /// Column and row of the board at the first cell of the turned grid.
+    offset: [u32; 2],
 }
 
 impl Grid {
+    /// The same grid turned by quarter turns: what were rows become columns, counted so that it is not mirrored.
+    pub(super) fn turned(&self, turns: usize) -> Self {
+        if turns % 4 == 0 {
+            return self.clone();
+        }
+        let [columns, rows] = self.size;
+        let [left, right, top, bottom] = self.ends;
+        let mut corners: Vec<GridCorner> = self
+            .corners
+            .iter()
+            .map(|c| GridCorner { cell: [c.cell[1], columns - 1 - c.cell[0]], ..*c })
+            .collect();
+        corners.sort_by_key(|c| (c.cell[1], c.cell[0]));
+        let quarter = Self {
+            size: [rows, columns],
+            corners,
+            // The first cell was the last of the first row, and the square before it lies across that one's edge.
+            black_first: self.black_first == (columns % 2 == 0),
+            ends: [top, bottom, right, left],
+        };
+        quarter.turned(turns % 4 - 1)
+    }
+
+    /// Turned so that columns run to the right as far as possible.
+    pub(super) fn upright(&self) -> Self {
+        let to_the_right = |grid: &Self| {
+            let by_cell: BTreeMap<[u32; 2], Vector2<f64>> =
+                grid.corners.iter().map(|c| (c.cell, c.px)).collect();
+            let step = |c: &GridCorner| by_cell.get(&[c.cell[0] + 1, c.cell[1]]).map(|q| q.x - c.px.x);
+            grid.corners.iter().filter_map(step).sum::<f64>()
+        };
+        let all = [0, 1, 2, 3].map(|turns| self.turned(turns));
+        all.into_iter()
+            .max_by(|a, b| to_the_right(a).total_cmp(&to_the_right(b)))
+            .unwrap_or_else(|| self.clone())
+    }
+
     /// Gives corners their indices on a board of `size` inner corners.
     ///
-    /// A part of a board is used where every index is certain: its place follows from borders that are seen, from the
-    /// picture's frame, and from the colours.
+    /// A part of a board is used where every index is certain: its place follows from borders that are seen, from the size,
+    /// and from the colours.
     ///
     /// # Errors
     /// One sentence that says why the grid is not used: another size (`found 8x6, asked 9x6`), too small a part, or a part
     /// whose place on the board is not certain.
     pub fn assign(&self, size: BoardSize) -> Result<Assigned, String> {
-        Err(format!("found {}x{}, asked {size}", self.size[0], self.size[1]))
+        let turned = [0, 1, 2, 3].map(|turns| self.turned(turns));
+        let placements: Vec<Placement> = (0..4)
+            .flat_map(|turns| turned[turns].placements(size).map(move |offset| Placement { turns, offset }))
+            .collect();
+        let Some(first) = placements.first() else { return Err(self.misfit(size)) };
+        let enough = self.corners.len() >= FEWEST && self.size.iter().all(|n| *n >= 3);
+        if !enough && self.corners.len() < size.len() {
+            return Err(format!(
+                "only {} corners of the {size} board, a part needs {FEWEST} in 3x3",
+                self.corners.len()
+            ));
+        }
+        let outline = |p: &Placement| self.outline(size, *p);
+        if placements.iter().any(|p| outline(p) != outline(first)) {
+            return Err(format!(
+                "a part of {}x{} corners of the {size} board, but which part is not certain: show two opposite borders of the board",
+                self.size[0], self.size[1]
+            ));
+        }
+        // Corner 0 may lie outside of the part: the plane of the others says where.
+        let place = |p: &Placement| {
+            let corners = turned[p.turns].indexed(size, p.offset);
+            let at = match corners.iter().find(|c| c.index == 0) {
+                Some(c) => Some(c.px),
+                None => corner_zero(&corners, size),
+            };
+            (at.map_or(f64::INFINITY, |px| px.x + px.y), corners)
+        };
+        let all: Vec<_> = placements.iter().map(place).collect();
+        let order_is_a_choice = all.len() > 1;
+        let best = all.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        let corners = best.map(|b| b.1).unwrap_or_default();
+        Ok(Assigned { full: corners.len() == size.len(), corners, order_is_a_choice })
     }
+
+    /// Offsets at which this grid, unturned, lies on a board without contradiction.
+    fn placements(&self, size: BoardSize) -> impl Iterator<Item = [u32; 2]> + use<> {
+        let board = [size.cols, size.rows];
+        let (grid, ends, black_first) = (self.size, self.ends, self.black_first);
+        let free = [0, 1].map(|k| board[k].checked_sub(grid[k]).map_or(0..0, |room| 0..room + 1));
+        // Where columns + rows is odd, the board has one black corner pair: corner 0 touches a black square.
+        let coloured = (size.cols + size.rows) % 2 == 1;
+        let [columns, rows] = free;
+        columns.flat_map(move |c| rows.clone().map(move |r| [c, r])).filter(move |offset| {
+            let fits = |k: usize| {
+                (!ends[2 * k] || offset[k] == 0) && (!ends[2 * k + 1] || offset[k] + grid[k] == board[k])
+            };
+            fits(0) && fits(1) && (!coloured || black_first == ((offset[0] + offset[1]) % 2 == 0))
+        })
+    }
+
+    /// First and last column and row of the board in cells of this grid.
+    fn outline(&self, size: BoardSize, p: Placement) -> [[i64; 2]; 2] {
+        let board = [i64::from(size.cols), i64::from(size.rows)];
+        let [columns, rows] = self.size.map(i64::from);
+        let [c, r] = p.offset.map(i64::from);
+        // Two opposite corners of the board in cells of the turned grid, turned back.
+        let corners = [[-c, -r], [board[0] - 1 - c, board[1] - 1 - r]];
+        let [[a, b], [d, e]] = corners.map(|[x, y]| match p.turns {
+            0 => [x, y],
+            1 => [columns - 1 - y, x],
+            2 => [columns - 1 - x, rows - 1 - y],
+            _ => [y, rows - 1 - x],
+        });
+        [[a.min(d), a.max(d)], [b.min(e), b.max(e)]]
+    }
+
+    fn indexed(&self, size: BoardSize, offset: [u32; 2]) -> Vec<Corner> {
+        let index = |c: &GridCorner| size.index(c.cell[0] + offset[0], c.cell[1] + offset[1]);
+        let mut corners: Vec<Corner> =
+            self.corners.iter().map(|c| Corner { index: index(c), px: c.px, sigma_px: c.sigma_px }).collect();
+        corners.sort_by_key(|c| c.index);
+        corners
+    }
+
+    /// Why the grid is no part of a board.
+    fn misfit(&self, size: BoardSize) -> String {
+        let [a, b] = self.size;
+        let [long, short] = [a.max(b), a.min(b)];
+        let fits = long <= size.cols.max(size.rows) && short <= size.cols.min(size.rows);
+        let whole = self.ends == [true; 4] || !fits;
+        let found =
+            if size.cols >= size.rows { format!("{long}x{short}") } else { format!("{short}x{long}") };
+        if whole && (long, short) != (size.cols.max(size.rows), size.cols.min(size.rows)) {
+            format!("found {found}, asked {size}")
+        } else {
+            format!("found {found}, whose colours and borders do not fit a {size} board: check --board")
+        }
+    }
+}
+
+/// Where corner 0 would be, by the plane of the corners that are seen.
+fn corner_zero(corners: &[Corner], size: BoardSize) -> Option<Vector2<f64>> {
+    let at = |c: &Corner| {
+        let [col, row] = size.at(c.index);
+        Vector2::new(f64::from(col), f64::from(row))
+    };
+    let board: Vec<_> = corners.iter().map(at).collect();
+    let px: Vec<_> = corners.iter().map(|c| c.px).collect();
+    let fit = homography::fit(&board, &px, homography::Options::default())?;
+    Some(homography::apply(&fit.matrix, &Vector2::zeros()))
 }

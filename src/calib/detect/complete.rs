@@ -1,0 +1,240 @@
+//! A grid from a level, refined in the picture: corners that do not stand the fit go, holes and rims are tried, and what does
+//! not lie with its neighbours is dropped. Drop, never invent.
+
+use nalgebra::Vector2;
+
+use super::{
+    grow::Lattice,
+    pyramid::Level,
+    sheet::{Cell, Guess, STEPS, Sheet, add, guess},
+    strip::{self, Fit, Start},
+};
+use crate::calib::image::{Plane, Sample};
+
+/// A fit may move a corner by this much of a cell from where the grid had it.
+const MOVE: f64 = 0.3;
+/// Largest distance from the place that the neighbours give, in cells.
+const BESIDE: f64 = 0.12;
+/// Contrast of the four squares at a tried place relative to that of its neighbours. Beside the last row of a board it is a half.
+const SQUARES: f64 = 0.65;
+/// Smallest and largest ratio of a corner's contrast to that of its neighbours.
+const CONTRAST: std::ops::RangeInclusive<f64> = 0.33..=3.0;
+/// A line at the rim with fewer corners than this is dropped: it adds little and may be chance.
+const FEWEST_IN_LINE: usize = 3;
+/// Share of the grid's corners that must stand the fit.
+const STANDING: f64 = 0.6;
+
+/// Corners of a grid with their fits.
+pub(super) type Fitted = Sheet<Fit>;
+
+/// Refines a grid in a picture of which `lattice` was found in `level`.
+pub(super) fn complete<T: Sample>(
+    picture: &Plane<T>,
+    level: &Level<'_>,
+    lattice: &Lattice,
+) -> Option<Fitted> {
+    let mut cells = lattice.cells.clone();
+    if level.level >= 2 {
+        // One pixel of the level is many of the picture: the fit in the level brings the start near enough.
+        let near = fit(&level.picture, &cells);
+        for (cell, f) in near.iter().filter(|(_, f)| f.ok) {
+            cells.set(cell, f.px);
+        }
+    }
+    let mut places = Sheet::new();
+    for (cell, px) in cells.iter() {
+        places.set(cell, level.to_picture(px));
+    }
+    let mut fitted = accepted(&fit(picture, &places), &places);
+    if (fitted.len() as f64) < STANDING * cells.len() as f64 {
+        return None;
+    }
+    let mut added = false;
+    while let Some(more) = grown(picture, &fitted, lattice.black) {
+        fitted = more;
+        added = true;
+    }
+    if added {
+        let places = places_of(&fitted);
+        fitted = accepted(&fit(picture, &places), &places);
+    }
+    drop_strays(&mut fitted);
+    drop_thin_lines(&mut fitted);
+    Some(fitted)
+}
+
+fn places_of(fitted: &Fitted) -> Sheet<Vector2<f64>> {
+    let mut places = Sheet::new();
+    for (cell, f) in fitted.iter() {
+        places.set(cell, f.px);
+    }
+    places
+}
+
+/// The strip fit of every cell.
+fn fit<T: Sample>(picture: &Plane<T>, places: &Sheet<Vector2<f64>>) -> Fitted {
+    fit_some(picture, places, &places.iter().map(|(cell, _)| cell).collect::<Vec<_>>(), true)
+}
+
+/// The strip fit of some cells, which may name their neighbours among themselves only.
+fn fit_some<T: Sample>(
+    picture: &Plane<T>,
+    places: &Sheet<Vector2<f64>>,
+    cells: &[Cell],
+    board_terms: bool,
+) -> Fitted {
+    let mut number = Sheet::new();
+    for (i, cell) in cells.iter().enumerate() {
+        number.set(*cell, i as u32);
+    }
+    let starts: Vec<Start> = cells
+        .iter()
+        .filter_map(|cell| {
+            let neighbours = STEPS.map(|step| number.get(add(*cell, step)));
+            Some(Start { px: places.get(*cell)?, neighbours })
+        })
+        .collect();
+    let options = strip::Options { board_terms, ..strip::Options::default() };
+    let mut fitted = Sheet::new();
+    if starts.len() == cells.len() {
+        for (cell, f) in cells.iter().zip(strip::refine(picture, &starts, &options)) {
+            fitted.set(*cell, f);
+        }
+    }
+    fitted
+}
+
+/// Fits that are corners, stayed where the grid had them, and have the contrast of their neighbours.
+fn accepted(fitted: &Fitted, places: &Sheet<Vector2<f64>>) -> Fitted {
+    let mut kept = Sheet::new();
+    for (cell, f) in fitted.iter().filter(|(_, f)| f.ok) {
+        let stayed = guess(places, cell, |p| p)
+            .zip(places.get(cell))
+            .is_some_and(|(g, start)| Guess { px: start, ..g }.off(f.px) < MOVE);
+        if stayed && contrast_beside(fitted, cell).is_none_or(|c| CONTRAST.contains(&(f.amplitude.abs() / c)))
+        {
+            kept.set(cell, f);
+        }
+    }
+    kept
+}
+
+/// Median of half the contrast of a cell's fitted neighbours.
+fn contrast_beside(fitted: &Fitted, cell: Cell) -> Option<f64> {
+    let around = (-1..=1).flat_map(|r| (-1..=1).map(move |c| [c, r])).filter(|d| *d != [0, 0]);
+    let mut list: Vec<f64> =
+        around.filter_map(|d| fitted.get(add(cell, d)).filter(|f| f.ok).map(|f| f.amplitude.abs())).collect();
+    list.sort_by(f64::total_cmp);
+    list.get(list.len() / 2).copied()
+}
+
+/// Tries the empty cells around the grid; `None` where none is a corner.
+fn grown<T: Sample>(picture: &Plane<T>, fitted: &Fitted, black: bool) -> Option<Fitted> {
+    let mut places = places_of(fitted);
+    let mut tried = Vec::new();
+    for cell in fitted.rim() {
+        let Some(g) = guess(fitted, cell, |f| f.px) else { continue };
+        let inside = (0..2).all(|k| {
+            let size = [picture.width(), picture.height()][k] as f64;
+            g.px[k] >= 1.0 && g.px[k] <= size - 2.0
+        });
+        let Some(contrast) = contrast_beside(fitted, cell).filter(|_| inside) else { continue };
+        let is_black = black == ((cell[0] + cell[1]).rem_euclid(2) == 0);
+        if squares(picture, &g, is_black).is_some_and(|c| c > SQUARES * contrast) {
+            places.set(cell, g.px);
+            tried.push(cell);
+        }
+    }
+    if tried.is_empty() {
+        return None;
+    }
+    // The neighbours give the tried ones their directions.
+    let mut cells = tried.clone();
+    for cell in &tried {
+        for c in (-1..=1).flat_map(|r| (-1..=1).map(move |c| add(*cell, [c, r]))) {
+            if places.get(c).is_some() && !cells.contains(&c) {
+                cells.push(c);
+            }
+        }
+    }
+    let near = accepted(&fit_some(picture, &places, &cells, false), &places);
+    let mut more = fitted.clone();
+    let mut found = false;
+    for cell in tried {
+        if let Some(f) = near.get(cell) {
+            more.set(cell, f);
+            found = true;
+        }
+    }
+    found.then_some(more)
+}
+
+/// Half the contrast between the squares around a place, white less black as the colours ask for; squares outside the picture
+/// are left out, but each colour must be seen.
+fn squares<T: Sample>(picture: &Plane<T>, g: &Guess, black: bool) -> Option<f64> {
+    let mut sums = [[0.0, 0.0]; 2];
+    for (su, sv) in [(1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)] {
+        let at = g.px + g.uv[0] * (0.3 * su) + g.uv[1] * (0.3 * sv);
+        if let Some(level) = level_at(picture, at) {
+            let dark = (su * sv > 0.0) == black;
+            sums[usize::from(dark)][0] += level;
+            sums[usize::from(dark)][1] += 1.0;
+        }
+    }
+    let [bright, dark] = sums;
+    (bright[1] > 0.0 && dark[1] > 0.0).then(|| 0.5 * (bright[0] / bright[1] - dark[0] / dark[1]))
+}
+
+/// Mean of 3 × 3 pixels; `None` outside the picture.
+pub(super) fn level_at<T: Sample>(picture: &Plane<T>, at: Vector2<f64>) -> Option<f64> {
+    let (x, y) = (at.x.round(), at.y.round());
+    let (w, h) = (picture.width() as f64, picture.height() as f64);
+    if !(x >= 1.0 && y >= 1.0 && x <= w - 2.0 && y <= h - 2.0) {
+        return None;
+    }
+    let (x, y) = (x as usize, y as usize);
+    let sum: f32 = (y - 1..=y + 1).flat_map(|j| &picture.row(j)[x - 1..=x + 1]).map(|v| v.to_f32()).sum();
+    Some(f64::from(sum) / 9.0)
+}
+
+/// Drops corners that do not lie where their neighbours have them, the worst first.
+fn drop_strays(fitted: &mut Fitted) {
+    loop {
+        let worst = fitted
+            .iter()
+            .filter_map(|(cell, f)| {
+                let g = guess(fitted, cell, |f| f.px)?;
+                // A cell at the rim is extrapolated: perspective and bend show there twice.
+                let inner = [[-1, 0], [0, -1]].iter().all(|s| {
+                    fitted.get(add(cell, *s)).is_some() && fitted.get(add(cell, [-s[0], -s[1]])).is_some()
+                });
+                let allowed = if inner { BESIDE } else { 2.0 * BESIDE };
+                Some((g.off(f.px) / allowed, cell))
+            })
+            .max_by(|a, b| a.0.total_cmp(&b.0));
+        match worst {
+            Some((off, cell)) if off > 1.0 => fitted.remove(cell),
+            _ => break,
+        }
+    }
+    // What hangs on nothing has no certain place.
+    let lone: Vec<Cell> =
+        fitted.iter().map(|(cell, _)| cell).filter(|cell| guess(fitted, *cell, |f| f.px).is_none()).collect();
+    for cell in lone {
+        fitted.remove(cell);
+    }
+}
+
+/// Drops lines at the rim that hold next to nothing.
+fn drop_thin_lines(fitted: &mut Fitted) {
+    while let Some(bounds) = fitted.bounds() {
+        let thin = (0..2)
+            .flat_map(|k| bounds[k].map(|at| (k, at)))
+            .find(|(k, at)| fitted.iter().filter(|(cell, _)| cell[*k] == *at).count() < FEWEST_IN_LINE);
+        let Some((k, at)) = thin else { break };
+        let line: Vec<Cell> = fitted.iter().map(|(cell, _)| cell).filter(|c| c[k] == at).collect();
+        for cell in line {
+            fitted.remove(cell);
+        }
+    }
+}
