@@ -31,6 +31,7 @@ pub mod figure;
 pub mod format;
 pub mod homography;
 pub mod image;
+pub mod named;
 pub mod observation;
 pub mod pose;
 pub mod refine;

@@ -1,1 +1,365 @@
-//! The evidence as one serialisable object.
+//! The evidence as one serialisable value: exactly the JSON of `calibrate --json` and `detect --json`.
+//!
+//! Text, HTML and every camera file are made from a [`Report`], and it reads back: `docs/interface.md` defines each field.
+//! Lengths are in [`Settings::unit`], angles in rad, pixels have their origin at the centre of the first pixel.
+
+mod build;
+mod wire;
+
+use nalgebra::{DMatrix, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Error, Result,
+    calibrate::{Fix, Loss, Options, Precision, Weights},
+    camera::{Camera, Model},
+    detect::Refinement,
+    named::Named,
+    observation::Corner,
+    pose::Pose,
+    solution::{ClosedForm, Iteration, Starts, Termination, Warning},
+    stats::{Comparison, Coverage, ErrorStats, Trend},
+    target::{BoardSize, Target, Unit},
+};
+
+/// Everything that is known after a run, with or without a calibration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Version of this program.
+    pub version: String,
+    /// What was asked for.
+    pub settings: Settings,
+    /// Why there is no calibration; absent where there is one, and where none was asked for (`detect`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<Failure>,
+    /// The calibration; its fields stand beside the others in the JSON.
+    #[serde(flatten)]
+    pub solution: Option<Solution>,
+    /// Cameras that the pictures were taken by, the calibrated one first.
+    #[serde(default)]
+    pub groups: Vec<GroupReport>,
+    /// The pictures, in the order in which they were given.
+    pub frames: Vec<FrameReport>,
+    /// What the user should know.
+    #[serde(default)]
+    pub warnings: Vec<Warning>,
+    /// Where the time went.
+    #[serde(default)]
+    pub timing_ms: Timing,
+}
+
+/// What was asked for: the source document's Table III.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Settings {
+    /// Inner corners, columns × rows; none where the pictures do not tell.
+    #[serde(with = "wire::board")]
+    pub board: Option<BoardSize>,
+    /// Whether the size of the board was found from the pictures.
+    pub board_is_found: bool,
+    /// Edge of a square, in `unit`; 1 where it is not known.
+    pub square: f64,
+    /// Unit of all lengths.
+    pub unit: Unit,
+    /// Pictures that were given.
+    pub images: usize,
+    /// Camera model.
+    pub model: Model,
+    /// Constraints on the parameters.
+    pub fixed: Vec<Fix>,
+    /// Camera file that the refinement started from.
+    pub start: Option<String>,
+    /// Corner file that was read instead of pictures.
+    pub corners: Option<String>,
+    /// File with the true camera.
+    pub truth: Option<String>,
+    /// Loss of a residual.
+    pub loss: Loss,
+    /// Weights of the residuals.
+    pub weights: Weights,
+    /// Refinement of the corners below the pixel.
+    pub refinement: Refinement,
+    /// Gaussian before detection, px; 0 for none.
+    pub presmooth_px: f64,
+    /// How the refinement of the camera works.
+    pub solver: String,
+    /// Most steps of it.
+    pub max_iterations: usize,
+    /// Whether several starts were tried.
+    pub multi_start: bool,
+    /// Whether points were normalised before linear solutions.
+    pub normalise: bool,
+    /// Whether homographies were robust.
+    pub ransac: bool,
+    /// Width of the arithmetic.
+    pub precision: Precision,
+}
+
+/// How the solver is called in [`Settings::solver`].
+pub const SOLVER: &str =
+    "Zhang's closed form, then Levenberg-Marquardt with analytic Jacobians and the Schur complement";
+
+impl Default for Settings {
+    fn default() -> Self {
+        let options = Options::default();
+        Self {
+            board: None,
+            board_is_found: false,
+            square: 1.0,
+            unit: Unit::Squares,
+            images: 0,
+            model: Model::Brown5,
+            fixed: options.fixed,
+            start: None,
+            corners: None,
+            truth: None,
+            loss: options.loss,
+            weights: options.weights,
+            refinement: Refinement::default(),
+            presmooth_px: 0.0,
+            solver: SOLVER.to_owned(),
+            max_iterations: options.max_iterations,
+            multi_start: options.multi_start,
+            normalise: options.normalise,
+            ransac: options.ransac,
+            precision: options.precision,
+        }
+    }
+}
+
+impl Settings {
+    /// The board; none where its size is not known.
+    pub fn target(&self) -> Option<Target> {
+        Some(Target::checkerboard(self.board?, self.square))
+    }
+}
+
+/// Why there is no calibration.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Failure {
+    /// Stable machine-readable name, [`Error::code`].
+    pub code: String,
+    /// One sentence for people, with the remedy.
+    pub text: String,
+}
+
+impl From<&Error> for Failure {
+    fn from(error: &Error) -> Self {
+        Self { code: error.code().to_owned(), text: error.to_string() }
+    }
+}
+
+/// The calibrated camera and how far it can be believed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Solution {
+    /// The camera: `image_size_px`, `model`, `camera_matrix` and `distortion` in the JSON, and once more as the only item of
+    /// `cameras`.
+    #[serde(flatten, with = "wire::camera")]
+    pub camera: Camera,
+    /// √(Σ|r|²/N) over all corners of the included pictures, px.
+    pub rms_px: f64,
+    /// `rms_px` / √2.
+    pub rms_per_coordinate_px: f64,
+    /// The same as `rms_px` without outliers.
+    pub rms_inliers_px: f64,
+    /// σ of one residual coordinate, a posteriori, px.
+    pub sigma0_px: f64,
+    /// σ of each parameter; null where it was fixed.
+    pub sigma: Named<Option<f64>>,
+    /// Covariance of all parameters in the order of `sigma`, poses included; zero where fixed.
+    #[serde(with = "wire::matrix")]
+    pub covariance: DMatrix<f64>,
+    /// Why the refinement stopped.
+    pub termination: Termination,
+    /// Steps of the refinement.
+    pub iterations: usize,
+    /// Each of these steps.
+    pub steps: Vec<Iteration>,
+    /// How the several starts fared.
+    pub starts: Starts,
+    /// Before the refinement.
+    pub closed_form: ClosedForm,
+    /// Statistics of |r| per corner, px.
+    pub stats: ErrorStats,
+    /// How much of the picture the corners cover.
+    pub coverage: Coverage,
+    /// How sure the projection is.
+    pub uncertainty: Option<Certainty>,
+    /// Whether errors depend on how the board stood; none where there are too few pictures.
+    pub trends: Trends,
+    /// Comparison with the true camera, by parameter; empty where it is not known.
+    #[serde(default, with = "wire::by_name", skip_serializing_if = "Vec::is_empty")]
+    pub truth: Vec<Comparison>,
+    /// Distances of the corners from their true places, px, where those are known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub truth_corners: Option<ErrorStats>,
+}
+
+/// How sure the projection is, 1 σ in px, in the gauge of the boards.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Certainty {
+    /// In the middle of the picture.
+    pub center_px: f64,
+    /// At the worst place of the picture.
+    pub worst_px: f64,
+}
+
+/// Straight-line trends of the pictures' RMS, px.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Trends {
+    /// Over the tilt, px per rad.
+    pub rms_by_tilt_rad: Option<Trend>,
+    /// Over the distance, px per unit of length.
+    pub rms_by_distance: Option<Trend>,
+}
+
+/// Pictures of one camera.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GroupReport {
+    /// What tells it from the others; `all` where there are no others.
+    pub name: String,
+    /// Why it is not calibrated; empty for the one that is.
+    pub reason: String,
+    /// Its pictures.
+    pub images: usize,
+    /// Of these, pictures with a board.
+    pub found: usize,
+}
+
+/// How much of the board was found in a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FrameState {
+    /// Every corner.
+    Full,
+    /// A part that can be used.
+    Partial,
+    /// Nothing that can be used; the picture was read.
+    None,
+    /// The picture could not be read.
+    Unreadable,
+}
+
+impl FrameState {
+    /// As in the JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::Partial => "partial",
+            Self::None => "none",
+            Self::Unreadable => "unreadable",
+        }
+    }
+
+    /// Whether corners were found.
+    pub const fn found(self) -> bool {
+        matches!(self, Self::Full | Self::Partial)
+    }
+}
+
+/// One picture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameReport {
+    /// Its path, as given or found.
+    pub file: String,
+    /// Name of the group that it belongs to; empty for one that could not be read.
+    pub group: String,
+    /// `[width, height]` of the stored pixels; none for one that could not be read.
+    pub image_size_px: Option<[u32; 2]>,
+    /// How much was found.
+    pub state: FrameState,
+    /// Whether that is all of the board or a part of it.
+    pub found: bool,
+    /// Why it is not used, or why not all of it; empty where there is nothing to say.
+    pub why: String,
+    /// Whether the calibration used it.
+    pub included: bool,
+    /// The picture that it is a copy of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub copy_of: Option<String>,
+    /// Whether the order of its corners is a choice between several that look alike.
+    #[serde(default)]
+    pub order_is_a_choice: bool,
+    /// What reading it told: wrong extension, first frame of an animation, …
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+    /// Corners, ascending by index.
+    #[serde(with = "wire::corners")]
+    pub corners: Vec<Corner>,
+    /// Observed − projected, px, in the order of `corners`; empty where it was not included.
+    pub residuals_px: Vec<[f64; 2]>,
+    /// Indices of the corners that the robust loss names as outliers.
+    pub outliers: Vec<u32>,
+    /// √(Σ|r|²/n), px; null, as all that follows, where it was not included.
+    pub rms_px: Option<f64>,
+    /// Largest |r|, px.
+    pub max_px: Option<f64>,
+    /// Rotation of `camera_from_board` (axis · angle), rad.
+    pub rvec_rad: Option<[f64; 3]>,
+    /// Translation of `camera_from_board`.
+    pub tvec: Option<[f64; 3]>,
+    /// Angle between the board's normal and the optical axis.
+    pub tilt_rad: Option<f64>,
+    /// Rotation of the board about the optical axis.
+    pub roll_rad: Option<f64>,
+    /// Distance of the middle of the board from the camera.
+    pub distance: Option<f64>,
+}
+
+impl FrameReport {
+    /// Where the board was; none for a picture that was not included.
+    pub fn camera_from_board(&self) -> Option<Pose> {
+        Some(Pose::from_rvec_tvec(Vector3::from(self.rvec_rad?), Vector3::from(self.tvec?)))
+    }
+
+    /// |r| of each corner, px.
+    pub fn errors_px(&self) -> impl Iterator<Item = f64> {
+        self.residuals_px.iter().map(|[x, y]| x.hypot(*y))
+    }
+
+    /// The file name without its folders.
+    pub fn name(&self) -> &str {
+        self.file.rsplit(['/', '\\']).next().unwrap_or(&self.file)
+    }
+}
+
+/// Wall time, ms.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Reading and decoding, summed over all pictures.
+    pub read: f64,
+    /// Detection, summed over all pictures.
+    pub detect: f64,
+    /// Calibration.
+    pub calibrate: f64,
+    /// Everything, from start to end.
+    pub total: f64,
+}
+
+impl Report {
+    /// Writes the JSON.
+    pub fn to_json(&self) -> String {
+        // Fails only for keys that are not text, and there are none.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+
+    /// Reads the JSON.
+    ///
+    /// # Errors
+    /// [`Error::Format`] with the place and what was expected.
+    pub fn from_json(text: &str) -> Result<Self> {
+        let wrong = |e: serde_json::Error| Error::format("straightedge", e.to_string());
+        let mut report: Self = serde_json::from_str(text).map_err(wrong)?;
+        // A flattened option is `None` where one of its fields is wrong: say which.
+        let value: serde_json::Value = serde_json::from_str(text).map_err(wrong)?;
+        if report.solution.is_none() && value.get("camera_matrix").is_some() {
+            report.solution = Some(serde_json::from_value(value).map_err(wrong)?);
+        }
+        Ok(report)
+    }
+
+    /// Frames that the calibration used.
+    pub fn included(&self) -> impl Iterator<Item = &FrameReport> {
+        self.frames.iter().filter(|f| f.included)
+    }
+}

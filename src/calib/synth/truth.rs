@@ -1,12 +1,12 @@
 //! The truth file that lies beside synthetic pictures, read and written.
 
 use nalgebra::Vector2;
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser::SerializeMap};
-use std::fmt;
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use crate::calib::{
     Error, Result,
     camera::{Camera, Model},
+    named::Named,
     pose::Pose,
     target::{BoardSize, Target, Unit},
 };
@@ -106,9 +106,9 @@ pub mod camera {
     struct Wire {
         model: Model,
         size_px: [u32; 2],
-        camera_matrix: Named,
+        camera_matrix: Named<f64>,
         #[serde(default)]
-        distortion: Named,
+        distortion: Named<f64>,
     }
 
     /// Writes named parameters in the model's order.
@@ -132,40 +132,6 @@ pub mod camera {
         let named: Vec<(&str, f64)> =
             w.camera_matrix.0.iter().chain(&w.distortion.0).map(|(n, v)| (n.as_str(), *v)).collect();
         Camera::from_named(w.model, w.size_px, &named).map_err(de::Error::custom)
-    }
-}
-
-/// Named numbers: a map that keeps its order.
-#[derive(Default)]
-struct Named(Vec<(String, f64)>);
-
-impl Serialize for Named {
-    fn serialize<S: Serializer>(&self, s: S) -> std::result::Result<S::Ok, S::Error> {
-        let mut map = s.serialize_map(Some(self.0.len()))?;
-        for (name, value) in &self.0 {
-            map.serialize_entry(name, value)?;
-        }
-        map.end()
-    }
-}
-
-impl<'de> Deserialize<'de> for Named {
-    fn deserialize<D: Deserializer<'de>>(d: D) -> std::result::Result<Self, D::Error> {
-        struct Visitor;
-        impl<'de> de::Visitor<'de> for Visitor {
-            type Value = Named;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("named numbers")
-            }
-            fn visit_map<A: de::MapAccess<'de>>(self, mut map: A) -> std::result::Result<Named, A::Error> {
-                let mut list = Vec::new();
-                while let Some(entry) = map.next_entry()? {
-                    list.push(entry);
-                }
-                Ok(Named(list))
-            }
-        }
-        d.deserialize_map(Visitor)
     }
 }
 

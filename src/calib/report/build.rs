@@ -1,0 +1,127 @@
+//! From results to the report.
+
+use nalgebra::Vector2;
+
+use super::{Failure, FrameReport, GroupReport, Report, Settings, Solution, Timing, Trends};
+use crate::calib::{
+    Error, Result,
+    camera::Camera,
+    solution::{Calibration, Warning},
+    stats,
+    synth::Truth,
+    target::Target,
+};
+
+impl Report {
+    /// What is known before a calibration, or without one.
+    pub fn new(
+        settings: Settings,
+        groups: Vec<GroupReport>,
+        frames: Vec<FrameReport>,
+        warnings: Vec<Warning>,
+    ) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            settings,
+            error: None,
+            solution: None,
+            groups,
+            frames,
+            warnings,
+            timing_ms: Timing::default(),
+        }
+    }
+
+    /// Adds a calibration. The frames of its views are positions in [`Report::frames`].
+    pub fn calibrated(&mut self, calibration: &Calibration, target: &Target) {
+        for frame in &mut self.frames {
+            frame.included = false;
+        }
+        for (id, why) in &calibration.set_aside {
+            if let Some(frame) = self.frames.get_mut(id.0 as usize) {
+                frame.why.clone_from(why);
+            }
+        }
+        for view in &calibration.views {
+            let Some(frame) = self.frames.get_mut(view.frame.0 as usize) else { continue };
+            let stance = stats::stance(&view.camera_from_board, target);
+            frame.included = true;
+            frame.residuals_px = view.residuals_px.iter().map(|r| [r.x, r.y]).collect();
+            frame.outliers.clone_from(&view.outliers);
+            frame.rms_px = Some(view.rms_px);
+            frame.max_px = view.residuals_px.iter().map(Vector2::norm).max_by(f64::total_cmp);
+            frame.rvec_rad = Some(view.camera_from_board.rvec().into());
+            frame.tvec = Some(view.camera_from_board.translation.into());
+            frame.tilt_rad = Some(stance.tilt_rad);
+            frame.roll_rad = Some(stance.roll_rad);
+            frame.distance = Some(stance.distance);
+        }
+        self.warnings.extend(calibration.warnings.iter().cloned());
+        self.solution = Some(self.solution(calibration));
+    }
+
+    fn solution(&self, calibration: &Calibration) -> Solution {
+        let camera = calibration.camera.clone();
+        let errors: Vec<f64> = self.included().flat_map(FrameReport::errors_px).collect();
+        let used: Vec<Vector2<f64>> = self.included().flat_map(|f| f.corners.iter().map(|c| c.px)).collect();
+        let trend = |x: fn(&FrameReport) -> Option<f64>| {
+            let points: Vec<_> = self.included().filter_map(|f| Some((x(f)?, f.rms_px?))).collect();
+            stats::trend(&points)
+        };
+        let names = camera.spec().params.iter().map(|p| p.name.to_owned());
+        Solution {
+            rms_px: calibration.rms_px,
+            rms_per_coordinate_px: calibration.rms_px / 2f64.sqrt(),
+            rms_inliers_px: calibration.rms_inliers_px,
+            sigma0_px: calibration.sigma0_px,
+            sigma: names.zip(calibration.sigma.iter().copied()).collect(),
+            covariance: calibration.covariance_of_all(),
+            termination: calibration.termination,
+            iterations: calibration.iterations.len(),
+            steps: calibration.iterations.clone(),
+            starts: calibration.starts.clone(),
+            closed_form: calibration.closed_form.clone(),
+            stats: stats::errors(&errors),
+            coverage: stats::coverage(&used, camera.size_px),
+            uncertainty: None,
+            trends: Trends { rms_by_tilt_rad: trend(|f| f.tilt_rad), rms_by_distance: trend(|f| f.distance) },
+            truth: Vec::new(),
+            truth_corners: None,
+            camera,
+        }
+    }
+
+    /// Adds the reason why there is no calibration.
+    pub fn failed(&mut self, error: &Error) {
+        for frame in &mut self.frames {
+            frame.included = false;
+        }
+        self.error = Some(Failure::from(error));
+    }
+
+    /// Adds the comparison with the true camera.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the truth is for pictures of another size.
+    pub fn compared(&mut self, calibration: &Calibration, truth: &Camera) -> Result<()> {
+        let comparison = stats::compare(calibration, truth)?;
+        if let Some(solution) = &mut self.solution {
+            solution.truth = comparison;
+        }
+        Ok(())
+    }
+
+    /// Adds the distances of the used corners from their true places; nothing where no picture of the truth is among ours.
+    pub fn compared_corners(&mut self, truth: &Truth) {
+        let distances: Vec<f64> = self
+            .included()
+            .filter_map(|f| Some((f, truth.frame(&f.file)?)))
+            .flat_map(|(f, t)| f.corners.iter().filter_map(|c| Some((t.corner_px(c.index)? - c.px).norm())))
+            .collect();
+        if let Some(solution) = &mut self.solution
+            && !distances.is_empty()
+        {
+            solution.truth_corners = Some(stats::errors(&distances));
+        }
+    }
+}
