@@ -2,11 +2,15 @@
 //!
 //! Exit codes: 0 done · 1 ran, but without a calibration · 2 wrong use (missing path, bad grammar).
 
+mod args;
 mod board;
 mod calibrate;
 mod convert;
 mod detect;
 mod experiment;
+mod fail_if;
+mod files;
+mod frames;
 mod pose;
 mod synth;
 mod undistort;

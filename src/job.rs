@@ -1,4 +1,197 @@
-//! Jobs: plain data in, plain data out; the only place that reads photographs.
+//! Jobs: plain data in, plain data out; the only place that reads photographs and looks at the clock.
+//!
+//! Threads, tests and the command line call the same [`run`]. A [`Request`] names its [`Source`], it never carries pixels:
+//! the lane that runs [`Job::Inspect`] reads, decodes and detects, and what leaves it is corners and what the file says.
 
+pub mod assemble;
 pub mod group;
 pub mod photo;
+
+use std::{
+    any::Any,
+    ops::ControlFlow,
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::PathBuf,
+    sync::Arc,
+    time::Instant,
+};
+
+use serde::{Deserialize, Serialize};
+
+use crate::calib::{
+    Error, Result,
+    calibrate::{Problem, calibrate},
+    detect::{self, Detection},
+    image::{Photo, Samples},
+    solution::Calibration,
+    synth::{self, Scene},
+};
+use photo::{Colours, Exif};
+
+/// Where a picture comes from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Source {
+    /// A file.
+    File(PathBuf),
+    /// View `view` of a scene, rendered in memory.
+    View {
+        /// The scene.
+        scene: Arc<Scene>,
+        /// From 0.
+        view: usize,
+    },
+}
+
+impl Source {
+    /// What messages call it.
+    pub fn name(&self) -> String {
+        match self {
+            Self::File(path) => path.display().to_string(),
+            Self::View { scene, view } => scene.file_name(*view),
+        }
+    }
+
+    /// Reads or renders the picture.
+    ///
+    /// # Errors
+    /// Those of [`photo::read`] and [`synth::render`].
+    pub fn read(&self, colours: Colours) -> Result<photo::Picture> {
+        match self {
+            Self::File(path) => photo::read(path, colours),
+            Self::View { scene, view } => {
+                let plane = synth::render(scene, *view)?;
+                let (width, height) = (plane.width(), plane.height());
+                let samples = Samples::U8(plane.into_vec());
+                Ok(photo::Picture::rendered(Photo { width, height, channels: 1, samples }))
+            }
+        }
+    }
+}
+
+/// Something to do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Job {
+    /// Read a picture and find the grid of corners in it, whatever the size of the board.
+    Inspect {
+        /// The picture.
+        source: Source,
+        /// How to detect.
+        options: detect::Options,
+    },
+    /// From corners to a camera.
+    Calibrate(Box<Problem>),
+}
+
+/// What a job answers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Output {
+    /// Of [`Job::Inspect`].
+    Inspection(Box<Inspection>),
+    /// Of [`Job::Calibrate`].
+    Calibration(Box<Calibration>),
+}
+
+/// What is known of a picture, whatever the board.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Inspection {
+    /// `[width, height]` of the stored pixels.
+    pub size_px: [u32; 2],
+    /// What the file says about camera, lens and time.
+    pub exif: Exif,
+    /// Hash of the file's bytes.
+    pub bytes_hash: u128,
+    /// Hash of the grey pixels: equal for copies of one picture.
+    pub pixels_hash: u128,
+    /// What reading it told.
+    pub notes: Vec<String>,
+    /// What was found.
+    pub detection: Detection,
+    /// Wall time of reading and decoding, ms.
+    pub read_ms: f64,
+    /// Wall time of the detection, ms.
+    pub detect_ms: f64,
+}
+
+/// By what the asker recognises the reply: a position in a list, or a hash of what the job is made from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct Key(pub u128);
+
+/// A job with its key.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Request {
+    /// Comes back with the reply.
+    pub key: Key,
+    /// What to do.
+    pub job: Job,
+}
+
+/// The answer to a request.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reply {
+    /// The request's.
+    pub key: Key,
+    /// What came out, or why nothing did.
+    pub result: Result<Output>,
+}
+
+/// Share of a job that is done, 0..=1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Progress(pub f32);
+
+/// Runs a job in this thread. `report` hears how far it is and may stop it; a stopped job has no reply.
+///
+/// A panic inside becomes [`Error::Crashed`] in the reply.
+pub fn run(request: Request, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Option<Reply> {
+    let Request { key, job } = request;
+    let done = catch_unwind(AssertUnwindSafe(|| perform(job, report)));
+    let result = done.unwrap_or_else(|panic| Err(Error::Crashed(message(panic.as_ref()))));
+    (result != Err(Error::Stopped)).then_some(Reply { key, result })
+}
+
+fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Output> {
+    match job {
+        Job::Inspect { source, options } => {
+            inspect(&source, &options, report).map(|i| Output::Inspection(Box::new(i)))
+        }
+        Job::Calibrate(problem) => calibrate(&problem, &mut |share| report(Progress(share)))
+            .map(|c| Output::Calibration(Box::new(c))),
+    }
+}
+
+fn inspect(
+    source: &Source,
+    options: &detect::Options,
+    report: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<Inspection> {
+    let mut at = |share| if report(Progress(share)).is_break() { Err(Error::Stopped) } else { Ok(()) };
+    at(0.0)?;
+    let start = Instant::now();
+    let picture = source.read(Colours::Gray)?;
+    let size_px = [picture.photo.width as u32, picture.photo.height as u32];
+    let gray = picture.photo.into_gray();
+    let read_ms = ms_since(start);
+    at(0.5)?;
+    let start = Instant::now();
+    let detection = detect::detect(&gray, options);
+    Ok(Inspection {
+        size_px,
+        exif: picture.exif,
+        bytes_hash: picture.bytes_hash,
+        pixels_hash: picture.pixels_hash,
+        notes: picture.notes,
+        detection,
+        read_ms,
+        detect_ms: ms_since(start),
+    })
+}
+
+/// Wall time since `start`, ms.
+pub(crate) fn ms_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
+}
+
+/// The message of a panic.
+fn message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("unknown panic").to_owned()
+}

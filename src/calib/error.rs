@@ -28,6 +28,9 @@ pub enum Error {
     /// The data cannot determine the camera; the text names the reason and the remedy.
     #[error("{0}")]
     Degenerate(String),
+    /// No picture shows a board that can be used; the text says why and what to do.
+    #[error("{0}")]
+    NoBoard(String),
     /// A number that is not finite, contradictory or out of range.
     #[error("{0}")]
     Invalid(String),
@@ -73,6 +76,7 @@ impl Error {
             Self::TooFewViews { .. } => "too_few_views",
             Self::TooFewCorners { .. } => "too_few_corners",
             Self::Degenerate(_) => "degenerate",
+            Self::NoBoard(_) => "no_board",
             Self::Invalid(_) => "invalid",
             Self::Format { .. } => "format",
             Self::Unsupported(_) => "unsupported",

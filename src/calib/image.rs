@@ -163,6 +163,18 @@ impl Photo {
             }),
         }
     }
+
+    /// [`Photo::gray`] without a copy where there is one channel.
+    pub fn into_gray(self) -> Gray {
+        if self.channels != 1 {
+            return self.gray();
+        }
+        let (width, height) = (self.width, self.height);
+        match self.samples {
+            Samples::U8(data) => Gray::U8(Plane { width, height, data }),
+            Samples::U16(data) => Gray::U16(Plane { width, height, data }),
+        }
+    }
 }
 
 fn luma<T: Copy + Into<u32>>(samples: &[T], channels: usize, narrow: impl Fn(u32) -> T) -> Vec<T> {

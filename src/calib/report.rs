@@ -4,7 +4,10 @@
 //! Lengths are in [`Settings::unit`], angles in rad, pixels have their origin at the centre of the first pixel.
 
 mod build;
+mod corner_file;
 mod wire;
+
+pub use corner_file::{CornerFile, CornerFrame};
 
 use nalgebra::{DMatrix, Vector3};
 use serde::{Deserialize, Serialize};
@@ -199,9 +202,9 @@ pub struct Solution {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Certainty {
     /// In the middle of the picture.
-    pub center_px: f64,
-    /// At the worst place of the picture.
-    pub worst_px: f64,
+    pub center_px: Option<f64>,
+    /// In the worst of the four corners.
+    pub worst_corner_px: Option<f64>,
 }
 
 /// Straight-line trends of the pictures' RMS, px.
@@ -307,6 +310,32 @@ pub struct FrameReport {
 }
 
 impl FrameReport {
+    /// A picture of which nothing is known yet.
+    pub const fn new(file: String) -> Self {
+        Self {
+            file,
+            group: String::new(),
+            image_size_px: None,
+            state: FrameState::None,
+            found: false,
+            why: String::new(),
+            included: false,
+            copy_of: None,
+            order_is_a_choice: false,
+            notes: Vec::new(),
+            corners: Vec::new(),
+            residuals_px: Vec::new(),
+            outliers: Vec::new(),
+            rms_px: None,
+            max_px: None,
+            rvec_rad: None,
+            tvec: None,
+            tilt_rad: None,
+            roll_rad: None,
+            distance: None,
+        }
+    }
+
     /// Where the board was; none for a picture that was not included.
     pub fn camera_from_board(&self) -> Option<Pose> {
         Some(Pose::from_rvec_tvec(Vector3::from(self.rvec_rad?), Vector3::from(self.tvec?)))

@@ -21,6 +21,8 @@ pub struct Candidate<'a> {
     pub size_px: [u32; 2],
     /// What the file says.
     pub exif: &'a Exif,
+    /// Whether it counts for the size of its group: pictures without a board calibrate nothing.
+    pub counts: bool,
 }
 
 /// Frames of one camera.
@@ -46,7 +48,8 @@ struct Key {
 /// Make, model and serial number.
 type CameraId = [Option<String>; 3];
 
-/// Groups of frames, the largest first; equally large ones in the order of their first frames.
+/// Groups of frames, the one with the most frames that count first, of these the largest; equally large ones in the order of
+/// their first frames.
 pub fn by_camera(frames: &[Candidate<'_>]) -> Vec<Group> {
     let labels = labels(frames);
     let mut keys: Vec<Key> = frames
@@ -69,7 +72,8 @@ pub fn by_camera(frames: &[Candidate<'_>]) -> Vec<Group> {
         }
         groups[at].1.push(i);
     }
-    groups.sort_by_key(|g| std::cmp::Reverse(g.1.len()));
+    let counted = |g: &[usize]| g.iter().filter(|i| frames[**i].counts).count();
+    groups.sort_by_key(|g| std::cmp::Reverse((counted(&g.1), g.1.len())));
     let keys: Vec<Key> = groups.iter().map(|g| g.0.clone()).collect();
     groups
         .into_iter()
@@ -251,7 +255,7 @@ mod tests {
     fn grouped(frames: &[(&str, [u32; 2], Exif)]) -> Vec<(String, String, usize)> {
         let members: Vec<_> = frames
             .iter()
-            .map(|(path, size_px, exif)| Candidate { name: path, size_px: *size_px, exif })
+            .map(|(path, size_px, exif)| Candidate { name: path, size_px: *size_px, exif, counts: true })
             .collect();
         by_camera(&members).into_iter().map(|g| (g.name, g.reason, g.members.len())).collect()
     }
@@ -392,6 +396,7 @@ mod tests {
                     name,
                     size_px: [p.photo.width as u32, p.photo.height as u32],
                     exif: &p.exif,
+                    counts: true,
                 })
                 .collect();
             let groups = by_camera(&members);

@@ -68,6 +68,15 @@ pub enum Colours {
     Gray,
 }
 
+impl Picture {
+    /// A picture that comes from no file.
+    pub(super) fn rendered(photo: Photo) -> Self {
+        let pixels_hash = hash_pixels(&photo);
+        let (format, exif) = (Format::Png, Exif::default());
+        Self { photo, format, exif, bytes_hash: pixels_hash, pixels_hash, notes: Vec::new() }
+    }
+}
+
 /// Reads and decodes a file.
 ///
 /// # Errors

@@ -1,0 +1,116 @@
+//! Words and values that several commands share.
+
+use std::{fmt, path::PathBuf, str::FromStr};
+
+use crate::calib::{
+    Error, Result,
+    calibrate::{Fix, parse_fixes},
+    camera::Model,
+    detect::{self, Refinement},
+    target::{BoardSize, Length, Unit},
+};
+
+/// The board of the pictures.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct Board {
+    /// Inner corners of the checkerboard, columns x rows, or `auto` to find them from the pictures
+    #[arg(long, value_name = "CxR|auto", default_value = "auto")]
+    pub(super) board: BoardArg,
+    /// Edge of a square: 25mm, 2.5cm, 1in, 30 (any unit). Scales distances only, never the camera
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    pub(super) square: Option<Length>,
+}
+
+impl Board {
+    /// Edge of a square and its unit; 1 square where nothing was said.
+    pub(super) fn square(&self) -> (f64, Unit) {
+        self.square.map_or((1.0, Unit::Squares), |s| (s.value, s.unit))
+    }
+}
+
+/// How pictures are read and searched.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(super) struct Detecting {
+    /// Refinement of corners below the pixel, for comparison: strip, gradient, gradient11 (half-window), off
+    #[arg(long, value_name = "METHOD", default_value = "strip", help_heading = "For experiments")]
+    pub(super) refine: Refinement,
+    /// Smooth pictures by a Gaussian of this many px before the detection
+    #[arg(long, value_name = "PX", default_value = "0", value_parser = sigma_px, help_heading = "For experiments")]
+    pub(super) presmooth: f64,
+    /// Pictures that are worked on at the same time [default: one for each processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) threads: Option<u16>,
+}
+
+impl Detecting {
+    /// As the detector wants it.
+    pub(super) const fn options(self) -> detect::Options {
+        detect::Options { refinement: self.refine, presmooth_px: self.presmooth }
+    }
+}
+
+fn sigma_px(text: &str) -> Result<f64> {
+    match text.parse() {
+        Ok(v) if (0.0..=20.0).contains(&v) => Ok(v),
+        _ => Err(Error::Invalid(format!("\"{text}\" is not a width in px: give 0 to 20, for example 0.5"))),
+    }
+}
+
+/// A board size, or `auto`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct BoardArg(pub(super) Option<BoardSize>);
+
+impl FromStr for BoardArg {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        if text.trim().eq_ignore_ascii_case("auto") {
+            return Ok(Self(None));
+        }
+        text.parse().map(|size| Self(Some(size)))
+    }
+}
+
+impl fmt::Display for BoardArg {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(size) => size.fmt(f),
+            None => f.write_str("auto"),
+        }
+    }
+}
+
+/// A camera model, or `auto`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct ModelArg(pub(super) Option<Model>);
+
+impl FromStr for ModelArg {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        if text.trim().eq_ignore_ascii_case("auto") {
+            return Ok(Self(None));
+        }
+        text.trim().parse().map(|model| Self(Some(model)))
+    }
+}
+
+/// A whole `--fix` value.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Fixes(pub(super) Vec<Fix>);
+
+impl FromStr for Fixes {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        parse_fixes(text).map(Self)
+    }
+}
+
+/// Paths of pictures.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct Pictures {
+    /// Photographs, or folders of them
+    #[arg(value_name = "PATHS", required = true)]
+    pub(super) paths: Vec<PathBuf>,
+}

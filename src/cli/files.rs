@@ -1,0 +1,79 @@
+//! Files that commands read and write beside pictures.
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use crate::calib::{
+    Error, Result,
+    format::{self, CameraFile},
+};
+
+/// Reads a camera file of any format.
+///
+/// # Errors
+/// [`Error::File`] where it cannot be read, else those of [`format::read_bytes`].
+pub(super) fn camera(path: &Path) -> Result<CameraFile> {
+    format::read_bytes(&bytes(path)?, &path.display().to_string())
+}
+
+/// Reads a text file.
+///
+/// # Errors
+/// [`Error::File`] where it cannot be read or is no text.
+pub(super) fn text(path: &Path) -> Result<String> {
+    String::from_utf8(bytes(path)?).map_err(|_| error(path, "this is not a text file: check the path"))
+}
+
+fn bytes(path: &Path) -> Result<Vec<u8>> {
+    if path.is_dir() {
+        return Err(error(path, "this is a folder, a file was expected"));
+    }
+    fs::read(path).map_err(|e| {
+        error(
+            path,
+            &match e.kind() {
+                io::ErrorKind::NotFound => "no such file: check the path".to_owned(),
+                io::ErrorKind::PermissionDenied => "it may not be read: check its permissions".to_owned(),
+                _ => format!("it cannot be read ({e})"),
+            },
+        )
+    })
+}
+
+/// Writes a file as a whole or not at all: into a new file beside it, which then takes its name.
+///
+/// # Errors
+/// [`Error::File`] with the reason.
+pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    let wrong = |e: io::Error| {
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty() && !p.is_dir());
+        let why = match (e.kind(), folder) {
+            (_, Some(folder)) => format!("the folder {} does not exist: make it first", folder.display()),
+            (io::ErrorKind::PermissionDenied, _) => "it may not be written: choose another folder".to_owned(),
+            (io::ErrorKind::StorageFull, _) => "the disk is full: make room".to_owned(),
+            _ => format!("it cannot be written ({e})"),
+        };
+        error(path, &why)
+    };
+    if path.is_dir() {
+        return Err(error(path, "this is a folder: add a file name"));
+    }
+    let beside = beside(path);
+    let written = fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, path));
+    written.map_err(|e| {
+        let _ = fs::remove_file(&beside);
+        wrong(e)
+    })
+}
+
+/// A hidden name in the same folder, which no other process uses.
+fn beside(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.{}.part", std::process::id()))
+}
+
+fn error(path: &Path, message: &str) -> Error {
+    Error::File { path: path.display().to_string(), message: message.to_owned() }
+}

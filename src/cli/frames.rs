@@ -1,0 +1,94 @@
+//! From paths to what was seen in the pictures, over all processors, with a progress bar on a terminal.
+
+use std::{ops::ControlFlow, time::Duration};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::{
+    calib::{Error, Result, calibrate::Problem, detect, solution::Calibration},
+    job::{Inspection, Job, Output, Source, assemble::Entry},
+    worker::Pool,
+};
+
+/// What was seen in a list of pictures.
+pub(super) struct Inspected {
+    /// One for each picture, in order.
+    pub(super) entries: Vec<Entry>,
+    /// Reading and decoding, summed over the pictures.
+    pub(super) read_ms: f64,
+    /// Detection, summed over the pictures.
+    pub(super) detect_ms: f64,
+}
+
+/// Lanes as asked for, or one for each processor.
+pub(super) fn pool(threads: Option<u16>) -> Pool {
+    threads.map_or_else(Pool::of_this_machine, |n| Pool::new(n.into()))
+}
+
+/// Reads pictures and finds the grids of corners in them.
+///
+/// # Errors
+/// Never for a single picture: that is in its entry.
+pub(super) fn inspect(pool: &mut Pool, sources: Vec<Source>, options: detect::Options) -> Result<Inspected> {
+    let names: Vec<String> = sources.iter().map(Source::name).collect();
+    let bar = counter("Finding boards", names.len());
+    let jobs = sources.into_iter().map(|source| Job::Inspect { source, options }).collect();
+    let results = pool.map(jobs, &mut |done| {
+        bar.set_position(done as u64);
+        ControlFlow::Continue(())
+    })?;
+    bar.finish_and_clear();
+    let (mut read_ms, mut detect_ms) = (0.0, 0.0);
+    let entries = names.into_iter().zip(results).map(|(name, result)| {
+        let inspection = result.and_then(inspection);
+        if let Ok(i) = &inspection {
+            read_ms += i.read_ms;
+            detect_ms += i.detect_ms;
+        }
+        Entry::inspected(name, inspection)
+    });
+    let entries = entries.collect();
+    Ok(Inspected { entries, read_ms, detect_ms })
+}
+
+/// Solves problems side by side; the results are in the order of the problems.
+///
+/// # Errors
+/// Never for a single problem: that is in its result.
+pub(super) fn solve(pool: &mut Pool, problems: Vec<Problem>) -> Result<Vec<Result<Calibration>>> {
+    let bar = waiting("Calibrating");
+    let jobs = problems.into_iter().map(|p| Job::Calibrate(Box::new(p))).collect();
+    let results = pool.map(jobs, &mut |_| ControlFlow::Continue(()))?;
+    bar.finish_and_clear();
+    Ok(results.into_iter().map(|result| result.and_then(calibration)).collect())
+}
+
+fn inspection(output: Output) -> Result<Inspection> {
+    match output {
+        Output::Inspection(i) => Ok(*i),
+        Output::Calibration(_) => Err(Error::Crashed("a calibration answered an inspection".to_owned())),
+    }
+}
+
+fn calibration(output: Output) -> Result<Calibration> {
+    match output {
+        Output::Calibration(c) => Ok(*c),
+        Output::Inspection(_) => Err(Error::Crashed("an inspection answered a calibration".to_owned())),
+    }
+}
+
+/// A bar that counts; nothing where stderr is no terminal.
+pub(super) fn counter(what: &'static str, n: usize) -> ProgressBar {
+    let bar = ProgressBar::new(n as u64).with_message(what);
+    if let Ok(style) = ProgressStyle::with_template("{msg} {bar:40.green} {pos}/{len}") {
+        bar.set_style(style.progress_chars("━╸ "));
+    }
+    bar.enable_steady_tick(Duration::from_millis(100));
+    bar
+}
+
+fn waiting(what: &'static str) -> ProgressBar {
+    let bar = ProgressBar::new_spinner().with_message(what);
+    bar.enable_steady_tick(Duration::from_millis(100));
+    bar
+}

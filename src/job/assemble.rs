@@ -1,0 +1,283 @@
+//! From what was seen in the pictures to a problem that can be solved: pure and cheap.
+//!
+//! 1. Copies (same pixels, or the very same corners) count once.
+//! 2. Pictures are grouped by camera; the group with the most boards is the one to calibrate, the rest is named.
+//! 3. The size of the board is the given one, or the one that the group shows.
+//! 4. Corners get their indices; a picture whose board has another size or whose corners are not certain says why.
+
+mod advice;
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Inspection,
+    group::{self, Candidate},
+    photo::Exif,
+};
+use crate::calib::{
+    Error, Result,
+    calibrate::{CameraSetup, Options, Problem},
+    camera::{Camera, Model},
+    detect::{self, Detection, Grid},
+    observation::{Corner, FrameId, Observation},
+    report::{FrameReport, FrameState, GroupReport},
+    solution::Warning,
+    target::{BoardSize, Target},
+};
+
+/// A picture and what was seen in it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Entry {
+    /// Its path, as given or found.
+    pub file: String,
+    /// What was seen, or why it could not be read.
+    pub seen: std::result::Result<Seen, String>,
+}
+
+/// What was seen in a picture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Seen {
+    /// `[width, height]` of the stored pixels.
+    pub size_px: [u32; 2],
+    /// What the file says about its camera.
+    pub exif: Exif,
+    /// Equal for copies of one picture.
+    pub pixels_hash: Option<u128>,
+    /// What reading it told.
+    pub notes: Vec<String>,
+    /// The board.
+    pub finding: Finding,
+}
+
+/// A board, with or without indices.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Finding {
+    /// A grid of unknown size, from a picture.
+    Grid(Detection),
+    /// Corners that have their indices already, from a corner file; ascending.
+    Corners {
+        /// The corners.
+        corners: Vec<Corner>,
+        /// Why there are none or not all.
+        why: String,
+    },
+}
+
+impl Entry {
+    /// A picture that was inspected.
+    pub fn inspected(file: String, inspection: Result<Inspection>) -> Self {
+        let seen = inspection.map(|i| Seen {
+            size_px: i.size_px,
+            exif: i.exif,
+            pixels_hash: Some(i.pixels_hash),
+            notes: i.notes,
+            finding: Finding::Grid(i.detection),
+        });
+        // The file is named beside the reason.
+        let why = |error| match error {
+            Error::Picture { message, .. } | Error::File { message, .. } => message,
+            other => other.to_string(),
+        };
+        Self { file, seen: seen.map_err(why) }
+    }
+
+    fn finding(&self) -> Option<&Finding> {
+        self.seen.as_ref().ok().map(|s| &s.finding)
+    }
+
+    fn grid(&self) -> Option<&Grid> {
+        match self.finding()? {
+            Finding::Grid(detection) => detection.grid.as_ref(),
+            Finding::Corners { .. } => None,
+        }
+    }
+
+    fn has_board(&self) -> bool {
+        match self.finding() {
+            Some(Finding::Corners { corners, .. }) => !corners.is_empty(),
+            _ => self.grid().is_some(),
+        }
+    }
+}
+
+/// What is wanted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Wanted {
+    /// Inner corners; `None` finds them from the pictures.
+    pub board: Option<BoardSize>,
+    /// Edge of a square, in any unit.
+    pub square: f64,
+    /// Model to fit.
+    pub model: Model,
+    /// Camera to start from.
+    pub start: Option<Camera>,
+    /// How to calibrate.
+    pub options: Options,
+}
+
+/// A set of pictures, sorted out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Assembly {
+    /// Size of the board, where it is known.
+    pub board: Option<BoardSize>,
+    /// One for each entry, in order; nothing is included yet.
+    pub frames: Vec<FrameReport>,
+    /// Cameras, the one to calibrate first.
+    pub groups: Vec<GroupReport>,
+    /// What the user should know.
+    pub warnings: Vec<Warning>,
+    /// What to solve; [`FrameId`] is the position in `frames`. Or why there is nothing.
+    pub problem: Result<Problem>,
+}
+
+/// Sorts out what was seen.
+pub fn assemble(entries: &[Entry], wanted: &Wanted) -> Assembly {
+    let copies = copies(entries);
+    let readable: Vec<usize> = (0..entries.len()).filter(|i| entries[*i].seen.is_ok()).collect();
+    let candidates: Vec<Candidate<'_>> = readable
+        .iter()
+        .filter_map(|&i| {
+            let seen = entries[i].seen.as_ref().ok()?;
+            let counts = entries[i].has_board() && copies[i].is_none();
+            Some(Candidate { name: &entries[i].file, size_px: seen.size_px, exif: &seen.exif, counts })
+        })
+        .collect();
+    let groups = group::by_camera(&candidates);
+    let members = |k: usize| groups.get(k).into_iter().flat_map(|g| &g.members).map(|m| readable[*m]);
+
+    let mut warnings = Vec::new();
+    let board = wanted.board.or_else(|| {
+        let grids: Vec<&Grid> =
+            members(0).filter(|i| copies[*i].is_none()).filter_map(|i| entries[i].grid()).collect();
+        let choice = detect::board_of(&grids)?;
+        if !choice.doubts.is_empty() {
+            warnings.push(Warning::new("board_size", choice.doubts));
+        }
+        Some(choice.size)
+    });
+
+    let mut frames: Vec<FrameReport> = entries.iter().map(|e| frame(e, board)).collect();
+    for (k, group) in groups.iter().enumerate() {
+        for i in members(k) {
+            frames[i].group.clone_from(&group.name);
+            if k > 0 && frames[i].found {
+                frames[i].why = format!("another camera: {}", group.reason);
+            }
+        }
+    }
+    for (i, first) in copies.iter().enumerate() {
+        if let Some(first) = first {
+            frames[i].copy_of = Some(entries[*first].file.clone());
+            frames[i].why = format!("a copy of {}", frames[*first].name());
+        }
+    }
+    let used: Vec<usize> = members(0).filter(|i| frames[*i].found && copies[*i].is_none()).collect();
+    let groups: Vec<GroupReport> = groups
+        .iter()
+        .enumerate()
+        .map(|(k, g)| GroupReport {
+            name: g.name.clone(),
+            reason: g.reason.clone(),
+            images: g.members.len(),
+            found: members(k).filter(|i| frames[*i].found).count(),
+        })
+        .collect();
+    warnings.extend(advice::warnings(&frames, &groups, &used));
+    let problem = problem(entries, &frames, &used, board, wanted);
+    Assembly { board, frames, groups, warnings, problem }
+}
+
+/// For each entry an earlier one with the same pixels or the very same corners.
+fn copies(entries: &[Entry]) -> Vec<Option<usize>> {
+    let hashes: Vec<_> = entries.iter().map(|e| e.seen.as_ref().ok().and_then(|s| s.pixels_hash)).collect();
+    let mut copies = group::duplicates(&hashes);
+    let given = |i: usize| match entries[i].finding() {
+        Some(Finding::Corners { corners, .. }) if !corners.is_empty() => Some(corners),
+        _ => None,
+    };
+    for i in 0..entries.len() {
+        if let Some(corners) = given(i) {
+            copies[i] = (0..i).find(|j| given(*j).is_some_and(|c| c == corners));
+        }
+    }
+    copies
+}
+
+/// What a picture shows of a board of this size.
+fn frame(entry: &Entry, board: Option<BoardSize>) -> FrameReport {
+    let mut frame = FrameReport::new(entry.file.clone());
+    let seen = match &entry.seen {
+        Ok(seen) => seen,
+        Err(why) => {
+            frame.state = FrameState::Unreadable;
+            frame.why.clone_from(why);
+            return frame;
+        }
+    };
+    frame.image_size_px = Some(seen.size_px);
+    frame.notes.clone_from(&seen.notes);
+    match (&seen.finding, board) {
+        (Finding::Corners { corners, why }, _) => {
+            frame.corners.clone_from(corners);
+            frame.why.clone_from(why);
+            if !corners.is_empty() {
+                let full = board.is_some_and(|b| corners.len() == b.len());
+                frame.state = if full { FrameState::Full } else { FrameState::Partial };
+            }
+        }
+        (Finding::Grid(Detection { grid: None, why }), _) => frame.why.clone_from(why),
+        (Finding::Grid(Detection { grid: Some(_), .. }), None) => {
+            frame.why = "corners were found, but not the size of the board: give --board".to_owned();
+        }
+        (Finding::Grid(Detection { grid: Some(grid), .. }), Some(size)) => match grid.assign(size) {
+            Err(why) => frame.why = why,
+            Ok(assigned) => {
+                frame.state = if assigned.full { FrameState::Full } else { FrameState::Partial };
+                frame.order_is_a_choice = assigned.order_is_a_choice;
+                frame.corners = assigned.corners;
+            }
+        },
+    }
+    frame.found = frame.state.found();
+    frame
+}
+
+/// The problem of the first group.
+fn problem(
+    entries: &[Entry],
+    frames: &[FrameReport],
+    used: &[usize],
+    board: Option<BoardSize>,
+    wanted: &Wanted,
+) -> Result<Problem> {
+    let (Some(board), Some(&first)) = (board, used.first()) else {
+        let grids: Vec<&Grid> = entries.iter().filter_map(Entry::grid).collect();
+        return Err(Error::NoBoard(advice::no_board(frames, wanted.board, &grids)));
+    };
+    let seen = |i: usize| entries[i].seen.as_ref().ok();
+    let mut hints: Vec<f64> = used
+        .iter()
+        .filter_map(|&i| {
+            let [w, h] = seen(i)?.size_px;
+            seen(i)?.exif.focal_hint_px(w, h)
+        })
+        .collect();
+    hints.sort_by(f64::total_cmp);
+    let setup = CameraSetup {
+        size_px: seen(first).map_or([0; 2], |s| s.size_px),
+        model: wanted.model,
+        start: wanted.start.clone(),
+        focal_hint_px: hints.get(hints.len() / 2).copied(),
+    };
+    let observation =
+        |&i: &usize| Observation { camera: 0, frame: FrameId(i as u32), corners: frames[i].corners.clone() };
+    Ok(Problem {
+        cameras: vec![setup],
+        target: Target::checkerboard(board, wanted.square),
+        observations: used.iter().map(observation).collect(),
+        options: wanted.options.clone(),
+    })
+}
+
+#[cfg(test)]
+mod tests;
