@@ -7,12 +7,14 @@ mod board;
 mod calibrate;
 mod convert;
 mod detect;
+mod evidence;
 mod experiment;
 mod fail_if;
 mod files;
 mod frames;
 mod pose;
 mod synth;
+mod text;
 mod undistort;
 
 use std::process::ExitCode;
@@ -52,8 +54,8 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let ran = match cli.command {
         None => calibrate::demo(),
-        Some(Command::Calibrate(args)) => calibrate::run(args),
-        Some(Command::Detect(args)) => detect::run(args),
+        Some(Command::Calibrate(args)) => calibrate::run(&args),
+        Some(Command::Detect(args)) => detect::run(&args),
         Some(Command::Undistort(args)) => undistort::run(args),
         Some(Command::Convert(args)) => convert::run(args),
         Some(Command::Pose(args)) => pose::run(args),

@@ -9,6 +9,7 @@
 //! 5. Covariance from the reduced normal matrix; sets that do not determine the camera are refused: a focal length or
 //!    principal point is accepted only where *another value fits significantly worse*.
 
+mod choose;
 mod contradiction;
 mod degenerate;
 mod options;
@@ -28,6 +29,7 @@ use super::{
     solution::{Calibration, View, Warning},
     target::Target,
 };
+pub use choose::simplest_sufficient;
 use options::Constraints;
 pub use options::{Fix, Loss, Options, Precision, Weights, parse_fixes};
 pub use pose::pose_of;

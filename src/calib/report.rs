@@ -131,6 +131,22 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// The same with the options of the solver.
+    #[must_use]
+    pub fn with_options(self, options: &Options) -> Self {
+        Self {
+            fixed: options.fixed.clone(),
+            loss: options.loss,
+            weights: options.weights,
+            max_iterations: options.max_iterations,
+            multi_start: options.multi_start,
+            normalise: options.normalise,
+            ransac: options.ransac,
+            precision: options.precision,
+            ..self
+        }
+    }
+
     /// The board; none where its size is not known.
     pub fn target(&self) -> Option<Target> {
         Some(Target::checkerboard(self.board?, self.square))

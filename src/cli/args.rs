@@ -7,6 +7,7 @@ use crate::calib::{
     calibrate::{Fix, parse_fixes},
     camera::Model,
     detect::{self, Refinement},
+    report::Settings,
     target::{BoardSize, Length, Unit},
 };
 
@@ -46,6 +47,11 @@ impl Detecting {
     /// As the detector wants it.
     pub(super) const fn options(self) -> detect::Options {
         detect::Options { refinement: self.refine, presmooth_px: self.presmooth }
+    }
+
+    /// As the report says it.
+    pub(super) fn settings(self) -> Settings {
+        Settings { refinement: self.refine, presmooth_px: self.presmooth, ..Settings::default() }
     }
 }
 

@@ -1,19 +1,165 @@
-//! `straightedge calibrate`.
+//! `straightedge calibrate`: from a folder of photographs to a camera with its evidence.
 
-use std::process::ExitCode;
+mod inputs;
+mod outputs;
 
-use crate::calib::{Error, Result};
+use std::{path::PathBuf, process::ExitCode, sync::Arc, time::Instant};
 
-/// TODO
+use super::{
+    NO_RESULT,
+    args::{self, Fixes, ModelArg},
+    evidence::{Evidence, Known, Plan, evidence},
+    fail_if::FailIf,
+    frames, print, say, text,
+};
+use crate::{
+    calib::{
+        Result,
+        calibrate::{Loss, Options, Weights},
+        camera::Model,
+        format::Destination,
+        report::Settings,
+        synth::Scene,
+    },
+    job::{Source, ms_since},
+};
+
+/// Calibrate a camera from photographs of a checkerboard
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {}
+pub(super) struct Args {
+    /// Photographs, or folders of them; beside --corners only where the pictures are
+    #[arg(value_name = "PATHS", required_unless_present = "corners")]
+    paths: Vec<PathBuf>,
+    #[command(flatten)]
+    board: args::Board,
+    /// Camera model: pinhole, brown5 (k1 k2 p1 p2 k3), or auto for the simplest that suffices
+    #[arg(long, value_name = "MODEL", default_value = "brown5")]
+    model: ModelArg,
+    /// Hold or tie parameters: fx=fy,cx,cy,k3=0
+    #[arg(long, value_name = "LIST", default_value = "", hide_default_value = true)]
+    fix: Fixes,
+    /// Camera file that the refinement starts from, and whose values --fix holds
+    #[arg(long, value_name = "FILE")]
+    start: Option<PathBuf>,
+    /// Loss of a residual: huber, or linear (least squares, as OpenCV)
+    #[arg(long, value_name = "LOSS", default_value_t)]
+    loss: Loss,
+    /// Weights of the corners: sigma (by their predicted accuracy), or none
+    #[arg(long, value_name = "WEIGHTS", default_value_t)]
+    weights: Weights,
+    /// Corners from a file (JSON of `detect`) instead of pictures
+    #[arg(long, value_name = "FILE")]
+    corners: Option<PathBuf>,
+    /// True camera to compare with: a truth file of `synth` or any camera file
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
+    /// Write the camera; may be given several times. Formats: opencv (.yaml), ros, kalibr, colmap (.txt), nerfstudio,
+    /// straightedge (.json), mrcal (.cameramodel), matlab (.m), metashape (.xml), basalt
+    #[arg(long, value_name = "[FORMAT:]FILE")]
+    out: Vec<Destination>,
+    /// Write the evidence as one HTML page
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Exit with 1 where a condition holds: 'rms>0.5,uncertainty>1'
+    #[arg(long, value_name = "CONDITIONS")]
+    fail_if: Option<FailIf>,
+    /// Print JSON instead of text
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    detecting: args::Detecting,
+}
 
-pub(super) fn run(args: Args) -> Result<ExitCode> {
-    let Args {} = args;
-    Err(Error::Unsupported("not written yet".to_owned()))
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    let begun = Instant::now();
+    let truth = args.truth.as_deref().map(inputs::truth).transpose()?;
+    let start = args.start.as_deref().map(inputs::start).transpose()?;
+    let mut pool = frames::pool(args.detecting.threads);
+    let mut settings = args.detecting.settings();
+    let mut board = args.board.board.0;
+    let mut square = args.board.square.map(|s| (s.value, s.unit));
+    let inspected = match &args.corners {
+        None => {
+            let sources = inputs::pictures(&args.paths)?;
+            frames::inspect(&mut pool, sources, args.detecting.options())?
+        }
+        Some(path) => {
+            let given = inputs::corners(path, &args.paths)?;
+            board = board.or(given.board);
+            square = square.or(given.square);
+            settings.corners = Some(path.display().to_string());
+            given.inspected
+        }
+    };
+    if let Some((value, unit)) = square {
+        (settings.square, settings.unit) = (value, unit);
+    }
+    let plan = Plan {
+        board,
+        models: args.model.0.map_or_else(|| Model::ALL.to_vec(), |model| vec![model]),
+        start,
+        truth,
+        options: Options {
+            fixed: args.fix.0.clone(),
+            loss: args.loss,
+            weights: args.weights,
+            ..Options::default()
+        },
+        settings,
+    };
+    let mut found = evidence(&mut pool, &inspected, &plan)?;
+    found.report.timing_ms.total = ms_since(begun);
+    answer(args, &found)
+}
+
+/// Prints, writes, and answers the exit code.
+fn answer(args: &Args, found: &Evidence) -> Result<ExitCode> {
+    let report = &found.report;
+    print(&if args.json { report.to_json() } else { text::evidence(report) });
+    let mut well = true;
+    if let Some(error) = &report.error {
+        say(&format!("error: {}", error.text));
+        well = false;
+    }
+    if found.calibration.is_some() {
+        for destination in &args.out {
+            well &= outputs::told(outputs::camera(report, destination));
+        }
+        for reason in args.fail_if.iter().flat_map(|f| f.reasons(report)) {
+            say(&format!("failed: {reason}"));
+            well = false;
+        }
+    } else if !args.out.is_empty() {
+        say("no camera file was written: there is no calibration");
+    }
+    if let Some(path) = &args.report {
+        well &= outputs::told(outputs::page(report, path));
+    }
+    Ok(if well { ExitCode::SUCCESS } else { ExitCode::from(NO_RESULT) })
 }
 
 /// Calibrates the built-in scene and prints the evidence.
 pub(super) fn demo() -> Result<ExitCode> {
-    Err(Error::Unsupported("not written yet".to_owned()))
+    let begun = Instant::now();
+    let scene = Arc::new(Scene::seed());
+    let truth = scene.truth();
+    let mut pool = frames::pool(None);
+    let views = (0..scene.poses.len()).map(|view| Source::View { scene: scene.clone(), view });
+    let inspected = frames::inspect(&mut pool, views.collect(), Default::default())?;
+    let plan = Plan {
+        board: None,
+        models: vec![Model::Brown5],
+        start: None,
+        options: Options::default(),
+        settings: Settings { square: truth.square, unit: truth.unit, ..Settings::default() },
+        truth: Some(Known { file: "seed".to_owned(), camera: truth.camera.clone(), scene: Some(truth) }),
+    };
+    let mut found = evidence(&mut pool, &inspected, &plan)?;
+    found.report.timing_ms.total = ms_since(begun);
+    print(
+        "The built-in scene \"seed\": 15 pictures rendered in memory by a camera that is known exactly, then detected and\n\
+         calibrated as photographs are. Your own: straightedge calibrate FOLDER --square 25mm (see --help).\n\n",
+    );
+    print(&text::evidence(&found.report));
+    Ok(if found.calibration.is_some() { ExitCode::SUCCESS } else { ExitCode::from(NO_RESULT) })
 }

@@ -1,14 +1,55 @@
-//! `straightedge detect`.
+//! `straightedge detect`: where are the corners?
 
-use std::process::ExitCode;
+use std::{process::ExitCode, time::Instant};
 
-use crate::calib::{Error, Result};
+use super::{
+    NO_RESULT, args,
+    evidence::{Plan, sort_out},
+    frames, print, say, text,
+};
+use crate::{
+    calib::{Result, calibrate::Options, camera::Model, report::Settings},
+    job::{Source, ms_since, photo},
+};
 
-/// TODO
+/// Find the corners of a checkerboard in photographs
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {}
+pub(super) struct Args {
+    #[command(flatten)]
+    pictures: args::Pictures,
+    #[command(flatten)]
+    board: args::Board,
+    #[command(flatten)]
+    detecting: args::Detecting,
+    /// Print JSON instead of text; `calibrate --corners` reads it
+    #[arg(long)]
+    json: bool,
+}
 
-pub(super) fn run(args: Args) -> Result<ExitCode> {
-    let Args {} = args;
-    Err(Error::Unsupported("not written yet".to_owned()))
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    let begun = Instant::now();
+    let sources = photo::list(&args.pictures.paths)?.into_iter().map(Source::File).collect();
+    let mut pool = frames::pool(args.detecting.threads);
+    let inspected = frames::inspect(&mut pool, sources, args.detecting.options())?;
+    let (square, unit) = args.board.square();
+    let plan = Plan {
+        board: args.board.board.0,
+        models: vec![Model::Brown5],
+        start: None,
+        truth: None,
+        options: Options::default(),
+        settings: Settings { square, unit, ..args.detecting.settings() },
+    };
+    let (mut report, assembly) = sort_out(&inspected, &plan);
+    report.timing_ms.total = ms_since(begun);
+    let found = report.frames.iter().any(|f| f.found);
+    if let (false, Err(error)) = (found, &assembly.problem) {
+        report.failed(error);
+    }
+    print(&if args.json { report.to_json() } else { text::detection(&report) });
+    if let Some(error) = &report.error {
+        say(&format!("error: {}", error.text));
+        return Ok(ExitCode::from(NO_RESULT));
+    }
+    Ok(ExitCode::SUCCESS)
 }

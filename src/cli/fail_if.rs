@@ -1,10 +1,11 @@
 //! `--fail-if 'rms>0.5,uncertainty>1'`: conditions under which a calibration counts as failed.
 
-use std::{fmt, str::FromStr};
+use std::str::FromStr;
 
 use crate::calib::{Error, Result, report::Report};
 
 /// A figure that can be limited.
+#[derive(Debug)]
 struct Figure {
     name: &'static str,
     /// What it is, for help and messages.
@@ -56,6 +57,7 @@ const FIGURES: &[Figure] = &[
 ];
 
 /// One condition: `rms>0.5`.
+#[derive(Clone, Copy, Debug)]
 struct Condition {
     figure: &'static Figure,
     above: bool,
@@ -63,6 +65,7 @@ struct Condition {
 }
 
 /// Conditions separated by commas; any one that holds is a failure.
+#[derive(Clone, Debug)]
 pub(super) struct FailIf(Vec<Condition>);
 
 impl FailIf {

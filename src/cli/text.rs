@@ -1,0 +1,190 @@
+//! The evidence for people: one verdict, then the numbers, worst first where something is wrong.
+
+mod number;
+mod pictures;
+mod table;
+mod verdict;
+
+use std::fmt::Write as _;
+
+use crate::calib::report::{Report, Solution};
+use number::{percent, significant, with_sigma};
+use table::{Table, paragraph};
+
+/// The evidence of a calibration, or what is known where there is none.
+pub(super) fn evidence(report: &Report) -> String {
+    let mut out = String::new();
+    if let Some(solution) = &report.solution {
+        out += &verdict::verdict(report, solution);
+        out += &camera(report, solution);
+        out += &certainty(report, solution);
+        out += &errors(report, solution);
+    }
+    out += &pictures::table(report);
+    out += &warnings(report);
+    out
+}
+
+/// What was found in pictures.
+pub(super) fn detection(report: &Report) -> String {
+    let found = report.frames.iter().filter(|f| f.found).count();
+    let corners: usize = report.frames.iter().map(|f| f.corners.len()).sum();
+    let board = report.settings.board.map_or_else(|| "board".to_owned(), |b| format!("{b} board"));
+    let mut out = format!(
+        "{} found in {found} of {}, {corners} corners\n",
+        capital(&board),
+        pictures::count(report.frames.len())
+    );
+    out += &pictures::table(report);
+    out += &warnings(report);
+    out
+}
+
+/// Parameters with σ, beside the truth where it is known.
+fn camera(report: &Report, solution: &Solution) -> String {
+    let camera = &solution.camera;
+    let [w, h] = camera.size_px;
+    let mut out = format!("\nCamera: {}, {w} x {h} px", camera.spec().title);
+    if !report.settings.fixed.is_empty() {
+        let fixed: Vec<String> = report.settings.fixed.iter().map(ToString::to_string).collect();
+        let _ = write!(out, ", fixed: {}", fixed.join(", "));
+    }
+    out.push('\n');
+    let known = !solution.truth.is_empty();
+    let mut table = Table::new(if known { "llllrrrr" } else { "llll" });
+    let mut values = Vec::new();
+    for (param, value) in camera.spec().params.iter().zip(&camera.params) {
+        let sigma = solution.sigma.get(param.name).copied().flatten();
+        let [value, sigma] = match sigma {
+            Some(sigma) => with_sigma(*value, sigma).map(|t| t.clone()),
+            None => [value.to_string(), "fixed".to_owned()],
+        };
+        values.push((param, value, sigma));
+    }
+    // Values stand with their points in one column.
+    let before = |text: &str| text.find('.').unwrap_or(text.len());
+    let room = values.iter().map(|v| before(&v.1)).max().unwrap_or(0);
+    if known {
+        table.row(["", "", "", "", "truth", "difference", "relative", "in σ"]);
+    }
+    for (param, value, sigma) in values {
+        let sigma = if sigma == "fixed" { sigma } else { format!("± {sigma}") };
+        let value = format!("{}{value}", " ".repeat(room - before(&value)));
+        let mut row = vec![param.name.to_owned(), value, sigma, param.unit.to_owned()];
+        if let Some(c) = solution.truth.iter().find(|c| c.name == param.name) {
+            row.push(c.truth.to_string());
+            row.push(significant(c.absolute, 2));
+            row.push(c.relative.map_or(String::new(), |r| format!("{} %", significant(100.0 * r, 2))));
+            row.push(c.in_sigma.map_or(String::new(), |s| format!("{s:.1}")));
+        }
+        table.row(row);
+    }
+    out + &table.render()
+}
+
+/// How sure the projection is, how the corners cover the picture, and how the solution was reached.
+fn certainty(report: &Report, solution: &Solution) -> String {
+    let mut table = Table::new("ll");
+    if let Some(u) = &solution.uncertainty {
+        let px = |v: Option<f64>| v.map_or("unknown".to_owned(), |v| format!("{} px", significant(v, 2)));
+        table.row([
+            "Certainty of the projection".to_owned(),
+            format!(
+                "{} in the middle, {} in the worst corner (1 σ, at the boards' distance)",
+                px(u.center_px),
+                px(u.worst_corner_px)
+            ),
+        ]);
+    }
+    let c = &solution.coverage;
+    table.row([
+        "Coverage by corners".to_owned(),
+        format!(
+            "{} of the width, {} of the height, {} of the area, {:.0} of 100 cells",
+            percent(c.width_fraction),
+            percent(c.height_fraction),
+            percent(c.hull_fraction),
+            100.0 * c.cells_fraction
+        ),
+    ]);
+    let starts = &solution.starts;
+    let from = solution
+        .closed_form
+        .rms_px
+        .map_or(String::new(), |v| format!("closed form {} px, then ", significant(v, 3)));
+    table.row([
+        "Solution".to_owned(),
+        format!(
+            "{from}{} steps to {} px; {} of {} starts agree",
+            solution.iterations,
+            significant(solution.rms_px, 3),
+            starts.agreeing,
+            starts.tried
+        ),
+    ]);
+    if let Some(t) = solution.trends.rms_by_tilt_rad {
+        let per_10_degrees = t.slope * 10f64.to_radians();
+        let says = if t.is_significant() { "" } else { ", which is no more than chance" };
+        table.row([
+            "Error against tilt".to_owned(),
+            format!("{per_10_degrees:+.3} px for 10° more{says} (r = {:.2})", t.correlation),
+        ]);
+    }
+    if let Some(t) = &solution.truth_corners {
+        table.row([
+            "Corners against truth".to_owned(),
+            format!(
+                "rms {} px, p95 {} px, largest {} px",
+                significant(t.rms, 2),
+                significant(t.p95, 2),
+                significant(t.max, 2)
+            ),
+        ]);
+    }
+    let t = &report.timing_ms;
+    if t.total > 0.0 {
+        table.row([
+            "Time".to_owned(),
+            format!("{:.2} s, of it calibration {:.2} s", t.total / 1e3, t.calibrate / 1e3),
+        ]);
+    }
+    format!("\n{}", table.render())
+}
+
+/// The source document's Table IV.
+fn errors(report: &Report, solution: &Solution) -> String {
+    let s = &solution.stats;
+    let outliers: usize = report.included().map(|f| f.outliers.len()).sum();
+    let mut out = format!("\nErrors of {} corners, px", s.n);
+    if outliers > 0 {
+        let rms = significant(solution.rms_inliers_px, 3);
+        let (are, word) = if outliers == 1 { ("is an", "outlier") } else { ("are", "outliers") };
+        let _ = write!(out, " ({outliers} {are} {word}; RMS without: {rms})");
+    }
+    out.push('\n');
+    let mut table = Table::new("rrrrrrrr");
+    table.row(["rms", "mean", "median", "p95", "max", "min", "std", "rms per coordinate"]);
+    let all = [s.rms, s.mean, s.median, s.p95, s.max, s.min, s.std, solution.rms_per_coordinate_px];
+    table.row(all.map(|v| significant(v, 3)));
+    out + &table.render()
+}
+
+fn warnings(report: &Report) -> String {
+    let mut out = String::new();
+    for warning in &report.warnings {
+        let names: Vec<&str> =
+            warning.frames.iter().map(|f| f.rsplit(['/', '\\']).next().unwrap_or(f)).collect();
+        let about = match names.len() {
+            0 => String::new(),
+            n if n > 6 => format!(" [{}, … {}]", names[..3].join(", "), names[n - 1]),
+            _ => format!(" [{}]", names.join(", ")),
+        };
+        out += &paragraph("!", &format!("{}{about}", capital(&warning.text)));
+    }
+    if out.is_empty() { out } else { format!("\n{out}") }
+}
+
+fn capital(text: &str) -> String {
+    let mut chars = text.chars();
+    chars.next().map_or_else(String::new, |c| c.to_uppercase().chain(chars).collect())
+}

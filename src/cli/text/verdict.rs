@@ -1,0 +1,44 @@
+//! One sentence that says whether the camera can be used.
+
+use super::{number::significant, pictures, table::paragraph};
+use crate::calib::report::{Report, Solution};
+
+/// Above this RMS the pictures and the model disagree visibly, px.
+const LARGE_RMS_PX: f64 = 1.0;
+/// Above this no lens, board or blur is the explanation that a user would accept, px.
+const ABSURD_RMS_PX: f64 = 3.0;
+/// Above this the camera is not known well in the corners of the picture, px.
+const UNSURE_PX: f64 = 1.0;
+
+/// Good, usable with care, or not to be used: with the reason and the remedy.
+pub(super) fn verdict(report: &Report, solution: &Solution) -> String {
+    let used = report.included().count();
+    let rms = format!("RMS {} px", significant(solution.rms_px, 3));
+    let sure = solution.uncertainty.as_ref().map(|u| u.worst_corner_px);
+    let from = format!("{used} of {}", pictures::count(report.frames.len()));
+    let text = if !solution.termination.converged() {
+        format!("Do not use this: the solution was not reached ({from}, {rms}).")
+    } else if solution.rms_px > ABSURD_RMS_PX {
+        format!(
+            "Do not use this: the model misses the corners ({from}, {rms}). Is the lens a fisheye, or the board not flat?"
+        )
+    } else if solution.rms_px > LARGE_RMS_PX {
+        format!("Use with care: {rms} is large ({from}). Is the board flat and are the pictures sharp?")
+    } else {
+        match sure {
+            Some(None) => format!(
+                "Use with care: the corners of the picture are not determined ({from}, {rms}). Photograph the board there."
+            ),
+            Some(Some(px)) if px > UNSURE_PX => format!(
+                "Use with care: the corners of the picture are known to {} px only ({from}, {rms}). Photograph the board there.",
+                significant(px, 2)
+            ),
+            Some(Some(px)) => format!(
+                "Good: {from}, {rms}, projection certain to {} px or better everywhere (1 σ).",
+                significant(px, 2)
+            ),
+            None => format!("Calibrated: {from}, {rms}."),
+        }
+    };
+    paragraph("=", &text)
+}
