@@ -40,6 +40,7 @@ pub mod solution;
 pub mod stats;
 pub mod synth;
 pub mod target;
+pub mod uncertainty;
 pub mod undistort;
 pub mod zhang;
 
