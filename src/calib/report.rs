@@ -23,6 +23,7 @@ use super::{
     solution::{ClosedForm, Iteration, Starts, Termination, Warning},
     stats::{Comparison, Coverage, ErrorStats, Trend},
     target::{BoardSize, Target, Unit},
+    uncertainty::Uncertainty,
 };
 
 /// Everything that is known after a run, with or without a calibration.
@@ -202,8 +203,8 @@ pub struct Solution {
     pub stats: ErrorStats,
     /// How much of the picture the corners cover.
     pub coverage: Coverage,
-    /// How sure the projection is.
-    pub uncertainty: Option<Certainty>,
+    /// How sure the projection is, 1 σ in px at the boards' distance.
+    pub uncertainty: Uncertainty,
     /// Whether errors depend on how the board stood; none where there are too few pictures.
     pub trends: Trends,
     /// Comparison with the true camera, by parameter; empty where it is not known.
@@ -212,15 +213,6 @@ pub struct Solution {
     /// Distances of the corners from their true places, px, where those are known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub truth_corners: Option<ErrorStats>,
-}
-
-/// How sure the projection is, 1 σ in px, in the gauge of the boards.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Certainty {
-    /// In the middle of the picture.
-    pub center_px: Option<f64>,
-    /// In the worst of the four corners.
-    pub worst_corner_px: Option<f64>,
 }
 
 /// Straight-line trends of the pictures' RMS, px.

@@ -33,7 +33,7 @@ const FIGURES: &[Figure] = &[
         name: "uncertainty",
         what: "uncertainty of the projection in the worst corner of the picture",
         unit: " px",
-        of: |r| r.solution.as_ref()?.uncertainty.as_ref()?.worst_corner_px,
+        of: |r| r.solution.as_ref()?.uncertainty.worst_corner_px,
     },
     Figure {
         name: "images",

@@ -85,17 +85,16 @@ fn camera(report: &Report, solution: &Solution) -> String {
 /// How sure the projection is, how the corners cover the picture, and how the solution was reached.
 fn certainty(report: &Report, solution: &Solution) -> String {
     let mut table = Table::new("ll");
-    if let Some(u) = &solution.uncertainty {
-        let px = |v: Option<f64>| v.map_or("unknown".to_owned(), |v| format!("{} px", significant(v, 2)));
-        table.row([
-            "Certainty of the projection".to_owned(),
-            format!(
-                "{} in the middle, {} in the worst corner (1 σ, at the boards' distance)",
-                px(u.center_px),
-                px(u.worst_corner_px)
-            ),
-        ]);
-    }
+    let u = &solution.uncertainty;
+    let px = |v: Option<f64>| v.map_or("unknown".to_owned(), |v| format!("{} px", significant(v, 2)));
+    table.row([
+        "Certainty of the projection".to_owned(),
+        format!(
+            "{} in the middle, {} in the worst corner (1 σ, at the boards' distance)",
+            px(u.center_px),
+            px(u.worst_corner_px)
+        ),
+    ]);
     let c = &solution.coverage;
     table.row([
         "Coverage by corners".to_owned(),

@@ -10,6 +10,7 @@ use crate::calib::{
     stats,
     synth::Truth,
     target::Target,
+    uncertainty::{self, Range},
 };
 
 impl Report {
@@ -57,10 +58,10 @@ impl Report {
             frame.distance = Some(stance.distance);
         }
         self.warnings.extend(calibration.warnings.iter().cloned());
-        self.solution = Some(self.solution(calibration));
+        self.solution = Some(self.solution(calibration, target));
     }
 
-    fn solution(&self, calibration: &Calibration) -> Solution {
+    fn solution(&self, calibration: &Calibration, target: &Target) -> Solution {
         let camera = calibration.camera.clone();
         let errors: Vec<f64> = self.included().flat_map(FrameReport::errors_px).collect();
         let used: Vec<Vector2<f64>> = self.included().flat_map(|f| f.corners.iter().map(|c| c.px)).collect();
@@ -83,7 +84,7 @@ impl Report {
             closed_form: calibration.closed_form.clone(),
             stats: stats::errors(&errors),
             coverage: stats::coverage(&used, camera.size_px),
-            uncertainty: None,
+            uncertainty: uncertainty::of(calibration, target, Range::Boards),
             trends: Trends { rms_by_tilt_rad: trend(|f| f.tilt_rad), rms_by_distance: trend(|f| f.distance) },
             truth: Vec::new(),
             truth_corners: None,

@@ -14,7 +14,6 @@ const UNSURE_PX: f64 = 1.0;
 pub(super) fn verdict(report: &Report, solution: &Solution) -> String {
     let used = report.included().count();
     let rms = format!("RMS {} px", significant(solution.rms_px, 3));
-    let sure = solution.uncertainty.as_ref().map(|u| u.worst_corner_px);
     let from = format!("{used} of {}", pictures::count(report.frames.len()));
     let text = if !solution.termination.converged() {
         format!("Do not use this: the solution was not reached ({from}, {rms}).")
@@ -25,19 +24,18 @@ pub(super) fn verdict(report: &Report, solution: &Solution) -> String {
     } else if solution.rms_px > LARGE_RMS_PX {
         format!("Use with care: {rms} is large ({from}). Is the board flat and are the pictures sharp?")
     } else {
-        match sure {
-            Some(None) => format!(
+        match solution.uncertainty.worst_corner_px {
+            None => format!(
                 "Use with care: the corners of the picture are not determined ({from}, {rms}). Photograph the board there."
             ),
-            Some(Some(px)) if px > UNSURE_PX => format!(
+            Some(px) if px > UNSURE_PX => format!(
                 "Use with care: the corners of the picture are known to {} px only ({from}, {rms}). Photograph the board there.",
                 significant(px, 2)
             ),
-            Some(Some(px)) => format!(
+            Some(px) => format!(
                 "Good: {from}, {rms}, projection certain to {} px or better everywhere (1 σ).",
                 significant(px, 2)
             ),
-            None => format!("Calibrated: {from}, {rms}."),
         }
     };
     paragraph("=", &text)
