@@ -7,10 +7,12 @@
 //! Colour profiles are carried along when a picture is written, never applied.
 
 pub mod exif;
+mod ifd;
 mod jpeg;
 mod list;
 mod sniff;
 mod tiff;
+pub mod write;
 
 use std::{
     fs,

@@ -247,8 +247,8 @@ fn raw_tiff(bytes: &[u8]) -> Option<&'static str> {
     if bytes.get(8..10) == Some(b"CR") {
         return Some("Canon CR2");
     }
-    let tags = super::tiff::first_directory(bytes)?;
-    let value = |tag: u16| tags.iter().find(|t| t.0 == tag).map(|t| t.1);
+    let directory = super::ifd::Directory::first(bytes)?;
+    let value = |tag: u16| directory.find(tag).map(|e| e.value);
     if value(DNG_VERSION).is_some() {
         return Some("DNG");
     }

@@ -215,7 +215,7 @@ fn bombs_are_refused_before_they_are_decoded() {
     let mut bmp = encode(&photo(2, 2, 3, false), ImageFormat::Bmp);
     bmp[18..26].copy_from_slice(&[0xFF, 0xFF, 0x0F, 0, 0xFF, 0xFF, 0x0F, 0]);
     let mut tiff = encode(&photo(2, 2, 3, false), ImageFormat::Tiff);
-    let size = tiff::value_positions(&tiff, &[256, 257]).unwrap();
+    let size = ifd::value_positions(&tiff, &[256, 257]).unwrap();
     for at in size {
         tiff[at..at + 4].copy_from_slice(&60_000u32.to_le_bytes());
     }

@@ -8,7 +8,10 @@ use tiff::{
     tags::Tag,
 };
 
-use super::{Format, MAX_BYTES, check_size, cut_short};
+use super::{
+    Format, MAX_BYTES, check_size, cut_short,
+    ifd::{self, Order},
+};
 use crate::calib::image::{Photo, Samples};
 
 const PHOTOMETRIC: u16 = 262;
@@ -17,11 +20,10 @@ const COLOUR_MAP: u16 = 320;
 /// Decodes the first page; the error is the message for the user.
 pub(super) fn decode(bytes: &[u8], notes: &mut Vec<String>) -> std::result::Result<Photo, String> {
     // The crate knows no palettes: read as grey, the indices come out, and are looked up here.
-    let palette = entry(bytes, PHOTOMETRIC).filter(|e| e.value == 3).and_then(|at| {
+    let palette = ifd::first(bytes, PHOTOMETRIC).filter(|e| e.value == 3).and_then(|at| {
         let colours = colour_map(bytes)?;
         let mut gray = bytes.to_vec();
-        let one = if bytes[0] == b'I' { [1, 0] } else { [0, 1] };
-        gray.get_mut(at.value_at..at.value_at + 2)?.copy_from_slice(&one);
+        at.set(&mut gray, 1)?;
         Some((gray, colours))
     });
     match &palette {
@@ -180,67 +182,12 @@ fn failure(error: &TiffError) -> String {
     }
 }
 
-/// One tag of a directory.
-struct Entry {
-    tag: u16,
-    kind: u16,
-    count: usize,
-    /// Where the value field is.
-    value_at: usize,
-    /// The value where it is one SHORT or LONG, else the offset of the values.
-    value: u32,
-}
-
-/// `(tag, value or offset)` of the first directory of a classic TIFF; `None` where there is none.
-pub(super) fn first_directory(bytes: &[u8]) -> Option<Vec<(u16, u32)>> {
-    Some(entries(bytes)?.iter().map(|e| (e.tag, e.value)).collect())
-}
-
-fn entry(bytes: &[u8], tag: u16) -> Option<Entry> {
-    entries(bytes)?.into_iter().find(|e| e.tag == tag)
-}
-
-fn entries(bytes: &[u8]) -> Option<Vec<Entry>> {
-    let little = bytes.starts_with(b"II*\0");
-    if !little && !bytes.starts_with(b"MM\0*") {
-        return None;
-    }
-    let u16_at = |at: usize| {
-        let b = bytes.get(at..at + 2)?.try_into().ok()?;
-        Some(if little { u16::from_le_bytes(b) } else { u16::from_be_bytes(b) })
-    };
-    let u32_at = |at: usize| {
-        let b = bytes.get(at..at + 4)?.try_into().ok()?;
-        Some(if little { u32::from_le_bytes(b) } else { u32::from_be_bytes(b) })
-    };
-    let start = u32_at(4)? as usize;
-    let count = usize::from(u16_at(start)?);
-    (0..count)
-        .map(|i| {
-            let at = start.checked_add(2 + 12 * i)?;
-            let (kind, count) = (u16_at(at + 2)?, u32_at(at + 4)? as usize);
-            let value = if kind == 3 && count == 1 { u32::from(u16_at(at + 8)?) } else { u32_at(at + 8)? };
-            Some(Entry { tag: u16_at(at)?, kind, count, value_at: at + 8, value })
-        })
-        .collect()
-}
-
-/// Where the value fields of tags are: tests change them.
-#[cfg(test)]
-pub(super) fn value_positions(bytes: &[u8], tags: &[u16]) -> Option<Vec<usize>> {
-    tags.iter().map(|tag| entry(bytes, *tag).map(|e| e.value_at)).collect()
-}
-
 /// RGB of each index.
 fn colour_map(bytes: &[u8]) -> Option<Vec<[u16; 3]>> {
-    let map = entry(bytes, COLOUR_MAP).filter(|e| e.kind == 3 && e.count % 3 == 0)?;
+    let map = ifd::first(bytes, COLOUR_MAP).filter(|e| e.kind == ifd::SHORT && e.count % 3 == 0)?;
+    let order = Order::of(bytes)?;
     let words = bytes.get(map.value as usize..)?.get(..2 * map.count)?;
-    let words: Vec<u16> = words
-        .chunks_exact(2)
-        .map(|b| {
-            if bytes[0] == b'I' { u16::from_le_bytes([b[0], b[1]]) } else { u16::from_be_bytes([b[0], b[1]]) }
-        })
-        .collect();
+    let words: Vec<u16> = words.chunks_exact(2).map(|b| order.u16([b[0], b[1]])).collect();
     let n = map.count / 3;
     Some((0..n).map(|i| [words[i], words[n + i], words[2 * n + i]]).collect())
 }
