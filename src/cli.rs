@@ -56,12 +56,12 @@ pub fn main() -> ExitCode {
         None => calibrate::demo(),
         Some(Command::Calibrate(args)) => calibrate::run(&args),
         Some(Command::Detect(args)) => detect::run(&args),
-        Some(Command::Undistort(args)) => undistort::run(args),
-        Some(Command::Convert(args)) => convert::run(args),
-        Some(Command::Pose(args)) => pose::run(args),
-        Some(Command::Synth(args)) => synth::run(args),
+        Some(Command::Undistort(args)) => undistort::run(&args),
+        Some(Command::Convert(args)) => convert::run(&args),
+        Some(Command::Pose(args)) => pose::run(&args),
+        Some(Command::Synth(args)) => synth::run(&args),
         Some(Command::Experiment(args)) => experiment::run(args),
-        Some(Command::Board(args)) => board::run(args),
+        Some(Command::Board(args)) => board::run(&args),
     };
     ran.unwrap_or_else(|error| fail(&error))
 }

@@ -5,6 +5,7 @@
 //! was asked.
 
 mod lane_native;
+mod side_by_side;
 
 use std::{
     collections::VecDeque,
@@ -17,6 +18,7 @@ use crate::{
     job::{Job, Key, Output, Progress, Reply, Request},
 };
 use lane_native::{Lane, Message};
+pub use side_by_side::{side_by_side, threads};
 
 /// A queue of jobs and the lanes that work on it.
 pub struct Pool {

@@ -1,14 +1,84 @@
-//! `straightedge convert`.
+//! `straightedge convert`: a camera file in another format, scaled or cropped.
 
-use std::process::ExitCode;
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+    str::FromStr,
+};
 
-use crate::calib::{Error, Result};
+use super::{files, print, say};
+use crate::calib::{
+    Error, Result,
+    format::{self, Destination, Export},
+};
 
-/// TODO
+/// Convert a camera file, and scale or crop the camera
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {}
+pub(super) struct Args {
+    /// Camera file of any format: opencv, ros, kalibr, colmap, nerfstudio, straightedge, mrcal, matlab, metashape, basalt
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// File to write; the format is named before a colon, or follows from the extension
+    #[arg(value_name = "[FORMAT:]OUT")]
+    output: Destination,
+    /// The camera of the same pictures cropped to this rectangle, px of the original from its top-left pixel
+    #[arg(long, value_name = "X,Y,W,H")]
+    crop: Option<Crop>,
+    /// The camera of the same pictures resized by this factor, after the crop
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    scale: Option<f64>,
+}
 
-pub(super) fn run(args: Args) -> Result<ExitCode> {
-    let Args {} = args;
-    Err(Error::Unsupported("not written yet".to_owned()))
+/// `x,y,width,height`.
+#[derive(Clone, Copy, Debug)]
+struct Crop([u32; 4]);
+
+impl FromStr for Crop {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let numbers: Option<Vec<u32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+        match numbers.as_deref() {
+            Some(&[x, y, w, h]) => Ok(Self([x, y, w, h])),
+            _ => Err(Error::Invalid(format!(
+                "\"{text}\" is not a crop: write x,y,width,height in whole px, for example 100,50,640,480"
+            ))),
+        }
+    }
+}
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    let Args { input, output, crop, scale } = args;
+    let path = Path::new(&output.path);
+    let mut file = files::camera(input)?;
+    if same(input, path) {
+        return Err(Error::Invalid(format!("{}: this is the file to read: give another name", output.path)));
+    }
+    if let Some(Crop(rectangle)) = crop {
+        file = file.cropped(*rectangle)?;
+    }
+    if let Some(scale) = scale {
+        file = file.scaled(*scale)?;
+    }
+    let export = Export { camera: &file.camera, evidence: &file.evidence, report: None };
+    let written = format::write(output.format, &export)?;
+    files::write(path, written.text.as_bytes())?;
+    let [w, h] = file.camera.size_px;
+    print(&format!(
+        "{} ({}) -> {} ({}): {w} x {h} px, {}, self-check {:.1e} px\n",
+        input.display(),
+        file.format,
+        output.path,
+        output.format.name,
+        file.camera.model,
+        written.self_check_px
+    ));
+    for note in file.notes.iter().chain(&written.notes) {
+        say(&format!("note: {note}"));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }

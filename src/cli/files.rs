@@ -26,7 +26,11 @@ pub(super) fn text(path: &Path) -> Result<String> {
     String::from_utf8(bytes(path)?).map_err(|_| error(path, "this is not a text file: check the path"))
 }
 
-fn bytes(path: &Path) -> Result<Vec<u8>> {
+/// Reads a whole file.
+///
+/// # Errors
+/// [`Error::File`] with the reason.
+pub(super) fn bytes(path: &Path) -> Result<Vec<u8>> {
     if path.is_dir() {
         return Err(error(path, "this is a folder, a file was expected"));
     }
@@ -66,6 +70,28 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
         let _ = fs::remove_file(&beside);
         wrong(e)
     })
+}
+
+/// Makes a folder and those above it where they are missing.
+///
+/// # Errors
+/// [`Error::File`] with the reason.
+pub(super) fn folder(path: &Path) -> Result<()> {
+    if path.is_file() {
+        return Err(error(path, "this is a file, a folder was expected: choose another name"));
+    }
+    fs::create_dir_all(path)
+        .map_err(|e| error(path, &format!("this folder cannot be made ({e}): choose another")))
+}
+
+/// What to say where the paths hold no picture.
+pub(super) fn no_pictures(paths: &[PathBuf]) -> Error {
+    let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
+    Error::Picture {
+        file: names.join(", "),
+        message: "no picture was found: give JPEG, PNG, TIFF, BMP, WebP or PNM files, or a folder of them"
+            .to_owned(),
+    }
 }
 
 /// A hidden name in the same folder, which no other process uses.

@@ -1,14 +1,160 @@
-//! `straightedge pose`.
+//! `straightedge pose`: where the board is in new pictures of a known camera.
 
-use std::process::ExitCode;
+use std::{fmt::Write as _, path::PathBuf, process::ExitCode};
 
-use crate::calib::{Error, Result};
+use serde::Serialize;
 
-/// TODO
+use super::{NO_RESULT, args, files, frames, print, say};
+use crate::{
+    calib::{
+        Result,
+        calibrate::pose_of,
+        camera::Camera,
+        detect,
+        report::{FrameReport, FrameState},
+        stats,
+        target::{BoardSize, Target, Unit},
+    },
+    job::{Source, assemble, photo},
+};
+
+/// Find the pose of the board in pictures of a known camera
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {}
+pub(super) struct Args {
+    #[command(flatten)]
+    pictures: args::Pictures,
+    /// Camera file of any format
+    #[arg(long, value_name = "FILE")]
+    camera: PathBuf,
+    #[command(flatten)]
+    board: args::Board,
+    #[command(flatten)]
+    detecting: args::Detecting,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
 
-pub(super) fn run(args: Args) -> Result<ExitCode> {
-    let Args {} = args;
-    Err(Error::Unsupported("not written yet".to_owned()))
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Poses {
+    version: &'static str,
+    settings: Settings,
+    #[serde(with = "crate::calib::synth::truth::camera")]
+    camera: Camera,
+    frames: Vec<FrameReport>,
+}
+
+#[derive(Serialize)]
+struct Settings {
+    camera: String,
+    board: Option<String>,
+    board_is_found: bool,
+    square: f64,
+    unit: Unit,
+}
+
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    let file = files::camera(&args.camera)?;
+    for note in &file.notes {
+        say(&format!("note: {note}"));
+    }
+    let camera = file.camera;
+    let pictures = photo::list(&args.pictures.paths)?;
+    if pictures.is_empty() {
+        return Err(files::no_pictures(&args.pictures.paths));
+    }
+    let sources = pictures.into_iter().map(Source::File).collect();
+    let mut pool = frames::pool(args.detecting.threads);
+    let entries = frames::inspect(&mut pool, sources, args.detecting.options())?.entries;
+    let board = args.board.board.0.or_else(|| {
+        let grids: Vec<_> = entries.iter().filter_map(assemble::Entry::grid).collect();
+        let choice = detect::board_of(&grids)?;
+        if !choice.doubts.is_empty() {
+            say(&format!("warning: {}", choice.doubts));
+        }
+        Some(choice.size)
+    });
+    let (square, unit) = args.board.square();
+    let frames: Vec<FrameReport> =
+        entries.iter().map(|entry| placed(assemble::frame(entry, board), &camera, board, square)).collect();
+    let found = frames.iter().any(|f| f.included);
+    let settings = Settings {
+        camera: args.camera.display().to_string(),
+        board: board.map(|b| b.to_string()),
+        board_is_found: args.board.board.0.is_none(),
+        square,
+        unit,
+    };
+    if args.json {
+        let poses = Poses { version: env!("CARGO_PKG_VERSION"), settings, camera, frames };
+        // Fails only for keys that are not text, and there are none.
+        print(&(serde_json::to_string_pretty(&poses).unwrap_or_default() + "\n"));
+    } else {
+        print(&table(&frames, unit));
+    }
+    Ok(if found { ExitCode::SUCCESS } else { ExitCode::from(NO_RESULT) })
+}
+
+/// A picture with the pose of its board, or with the reason why it has none.
+fn placed(mut frame: FrameReport, camera: &Camera, board: Option<BoardSize>, square: f64) -> FrameReport {
+    let (Some(size), Some([w, h]), true) = (board, frame.image_size_px, frame.found) else { return frame };
+    if [w, h] != camera.size_px {
+        let [cw, ch] = camera.size_px;
+        frame.why = format!(
+            "it has {w} x {h} px, the camera is for {cw} x {ch}: convert the camera with `straightedge convert --scale` or `--crop`"
+        );
+        return frame;
+    }
+    let target = Target::checkerboard(size, square);
+    match pose_of(camera, &target, &frame.corners) {
+        Err(error) => frame.why = error.to_string(),
+        Ok((pose, residuals)) => {
+            let errors = stats::errors(&residuals.iter().map(|r| r.norm()).collect::<Vec<_>>());
+            let stance = stats::stance(&pose, &target);
+            frame.included = true;
+            frame.residuals_px = residuals.into_iter().map(Into::into).collect();
+            (frame.rms_px, frame.max_px) = (Some(errors.rms), Some(errors.max));
+            (frame.rvec_rad, frame.tvec) = (Some(pose.rvec().into()), Some(pose.translation.into()));
+            (frame.tilt_rad, frame.roll_rad) = (Some(stance.tilt_rad), Some(stance.roll_rad));
+            frame.distance = Some(stance.distance);
+        }
+    }
+    frame
+}
+
+/// A line for each picture.
+fn table(frames: &[FrameReport], unit: Unit) -> String {
+    let wide = frames.iter().map(|f| f.name().chars().count()).max().unwrap_or(0).max(7);
+    let mut out = format!(
+        "{:wide$}  corners   rms px   tilt °   roll °  {:>12}  {:>32}  {:>29}\n",
+        "picture",
+        format!("distance {}", unit.name()),
+        format!("translation {}", unit.name()),
+        "rotation vector rad"
+    );
+    for f in frames {
+        let name = f.name();
+        let (Some(rms), Some(tilt), Some(roll), Some(distance), Some(r), Some(t)) =
+            (f.rms_px, f.tilt_rad, f.roll_rad, f.distance, f.rvec_rad, f.tvec)
+        else {
+            let state = if f.state == FrameState::Unreadable { "unreadable" } else { "no pose" };
+            let _ = writeln!(out, "{name:wide$}  {state}: {}", f.why);
+            continue;
+        };
+        let _ = writeln!(
+            out,
+            "{name:wide$}  {:>7}  {rms:>7.4}  {:>7.2}  {:>7.2}  {distance:>12.2}  {:>10.3} {:>10.3} {:>10.3}  {:>9.5} {:>9.5} {:>9.5}",
+            f.corners.len(),
+            tilt.to_degrees(),
+            roll.to_degrees(),
+            t[0],
+            t[1],
+            t[2],
+            r[0],
+            r[1],
+            r[2]
+        );
+    }
+    out
 }

@@ -85,7 +85,8 @@ impl Entry {
         self.seen.as_ref().ok().map(|s| &s.finding)
     }
 
-    fn grid(&self) -> Option<&Grid> {
+    /// The grid of corners, where a picture shows one.
+    pub fn grid(&self) -> Option<&Grid> {
         match self.finding()? {
             Finding::Grid(detection) => detection.grid.as_ref(),
             Finding::Corners { .. } => None,
@@ -204,7 +205,7 @@ fn copies(entries: &[Entry]) -> Vec<Option<usize>> {
 }
 
 /// What a picture shows of a board of this size.
-fn frame(entry: &Entry, board: Option<BoardSize>) -> FrameReport {
+pub fn frame(entry: &Entry, board: Option<BoardSize>) -> FrameReport {
     let mut frame = FrameReport::new(entry.file.clone());
     let seen = match &entry.seen {
         Ok(seen) => seen,

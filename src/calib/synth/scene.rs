@@ -209,6 +209,12 @@ impl Scene {
         Ok(scene)
     }
 
+    /// The scene as [`Scene::from_json`] reads it.
+    pub fn to_json(&self) -> String {
+        // Fails only for keys that are not text, and there are none.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+
     /// `camera_from_board` of a view with the board frame at corner 0, or `None` where there is no such view.
     pub fn camera_from_board(&self, view: usize) -> Option<Pose> {
         let p = self.poses.get(view)?;

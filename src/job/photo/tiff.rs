@@ -47,7 +47,9 @@ fn samples(bytes: &[u8], notes: &mut Vec<String>) -> std::result::Result<Photo, 
                 .into(),
         );
     }
+    let alpha = decoder.find_tag_unsigned_vec::<u16>(Tag::ExtraSamples).ok().flatten() == Some(vec![2]);
     let (bits, channels, extra) = match color {
+        ColorType::Multiband { bit_depth, num_samples: 2 } if alpha => (bit_depth, 2, 0),
         ColorType::Gray(b) => (b, 1, 0),
         ColorType::GrayA(b) => (b, 2, 0),
         ColorType::RGB(b) | ColorType::YCbCr(b) => (b, 3, 0),
