@@ -1,14 +1,15 @@
 //! The evidence for people: one verdict, then the numbers, worst first where something is wrong.
 
-mod number;
 mod pictures;
 mod table;
 mod verdict;
 
 use std::fmt::Write as _;
 
-use crate::calib::report::{Report, Solution};
-use number::{percent, significant, with_sigma};
+use crate::calib::{
+    number::{percent, significant, with_sigma},
+    report::{Report, Solution},
+};
 use table::{Table, paragraph};
 
 /// The evidence of a calibration, or what is known where there is none.

@@ -1,10 +1,10 @@
 //! The table of pictures.
 
-use super::{
+use super::table::{Table, tail};
+use crate::calib::{
     number::{degrees, significant},
-    table::{Table, tail},
+    report::{FrameReport, Report},
 };
-use crate::calib::report::{FrameReport, Report};
 
 /// Up to this many pictures are listed; of more, the unused and the worst.
 const LISTED: usize = 60;

@@ -1,7 +1,10 @@
 //! One sentence that says whether the camera can be used.
 
-use super::{number::significant, pictures, table::paragraph};
-use crate::calib::report::{Report, Solution};
+use super::{pictures, table::paragraph};
+use crate::calib::{
+    number::significant,
+    report::{Report, Solution},
+};
 
 /// Above this RMS the pictures and the model disagree visibly, px.
 const LARGE_RMS_PX: f64 = 1.0;

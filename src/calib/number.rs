@@ -1,7 +1,7 @@
 //! Numbers for people: rounded to what is known.
 
-/// `value ± σ`, both rounded to two digits of σ; at least `least` digits after the point never more than 15.
-pub(in crate::cli) fn with_sigma(value: f64, sigma: f64) -> [String; 2] {
+/// `[value, σ]`, both rounded to two digits of σ.
+pub fn with_sigma(value: f64, sigma: f64) -> [String; 2] {
     let decimals = decimals_of(sigma);
     [format!("{value:.decimals$}"), format!("{sigma:.decimals$}")]
 }
@@ -19,7 +19,7 @@ fn decimals_of(sigma: f64) -> usize {
 }
 
 /// A positive figure with `digits` significant digits, without an exponent where it stays short.
-pub(in crate::cli) fn significant(value: f64, digits: usize) -> String {
+pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
@@ -32,13 +32,13 @@ pub(in crate::cli) fn significant(value: f64, digits: usize) -> String {
 }
 
 /// An angle in degrees, one digit after the point.
-pub(in crate::cli) fn degrees(rad: f64) -> String {
+pub fn degrees(rad: f64) -> String {
     let text = format!("{:.1}", rad.to_degrees());
     if text == "-0.0" { "0.0".to_owned() } else { text }
 }
 
 /// A share as a whole per cent.
-pub(in crate::cli) fn percent(fraction: f64) -> String {
+pub fn percent(fraction: f64) -> String {
     format!("{:.0} %", 100.0 * fraction)
 }
 

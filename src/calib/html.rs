@@ -1,0 +1,92 @@
+//! The report as one HTML file that needs nothing beside it: no script from elsewhere, no font, no picture.
+//!
+//! The whole JSON of the run is embedded, so the page alone can be checked and reproduced. Light, dark and printed.
+
+mod figures;
+mod tables;
+mod text;
+
+use super::report::Report;
+use text::escape;
+
+/// Writes the page. `verdict` is the sentence at its head.
+pub fn page(report: &Report, verdict: &str) -> String {
+    let title = report.solution.as_ref().map_or_else(
+        || "Camera calibration".to_owned(),
+        |s| {
+            let [w, h] = s.camera.size_px;
+            format!("Camera calibration: {}, {w} × {h} px", s.camera.spec().title)
+        },
+    );
+    let mut body = format!(
+        "<h1>{}</h1>\n<p class=\"muted\">{}</p>\n<p class=\"verdict {}\">{}</p>\n",
+        escape(&title),
+        escape(&subtitle(report)),
+        tone(verdict),
+        escape(verdict)
+    );
+    body += &tables::warnings(report);
+    if let Some(solution) = &report.solution {
+        body += &section("Camera", &(tables::camera(solution) + &tables::certainty(report, solution)));
+        body += &section("Errors", &(tables::errors(report, solution) + &figures::errors(report, solution)));
+        body += &section("Coverage", &(tables::coverage(solution) + &figures::coverage(report, solution)));
+        body += &section("Distortion", &figures::distortion(&solution.camera));
+    }
+    body += &section("Pictures", &(figures::stance(report) + &tables::pictures(report)));
+    if report.groups.len() > 1 {
+        body += &section("Cameras", &tables::groups(report));
+    }
+    if let Some(solution) = &report.solution {
+        body += &section("Covariance and correlation", &tables::covariance(solution));
+        body += &section("How the solution was reached", &tables::convergence(solution));
+    }
+    body += &section("Settings", &tables::settings(report));
+    body += &section("Conventions", text::CONVENTIONS);
+    body += &section("All numbers", text::NUMBERS);
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"generator\" content=\"Straightedge {}\">\n<title>{}</title>\n<style>\n{}</style>\n</head>\n\
+         <body>\n<main>\n{body}</main>\n<script type=\"application/json\" id=\"report\">\n{}</script>\n\
+         <script>{}</script>\n</body>\n</html>\n",
+        escape(&report.version),
+        escape(&title),
+        include_str!("html/style.css"),
+        // Inside a script only the end of the element matters; in JSON this is the same text.
+        report.to_json().replace('<', "\\u003c"),
+        text::SAVE
+    )
+}
+
+fn section(title: &str, content: &str) -> String {
+    format!("<section>\n<h2>{title}</h2>\n{content}</section>\n")
+}
+
+fn subtitle(report: &Report) -> String {
+    let s = &report.settings;
+    let board = s.board.map_or_else(|| "board of unknown size".to_owned(), |b| format!("{b} board"));
+    let used = report.included().count();
+    let corners: usize = report.included().map(|f| f.corners.len()).sum();
+    format!(
+        "{} {}, {used} of {} pictures used, {corners} corners, Straightedge {}",
+        board,
+        if s.board_is_found { "(found from the pictures)" } else { "(given)" },
+        report.frames.len(),
+        report.version
+    )
+}
+
+/// Colour of the verdict.
+fn tone(verdict: &str) -> &'static str {
+    let first = verdict.trim_start();
+    if first.starts_with("Good") {
+        "good"
+    } else if first.starts_with("Use with care") {
+        "care"
+    } else {
+        "bad"
+    }
+}
+
+#[cfg(test)]
+mod tests;
