@@ -23,7 +23,9 @@ pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
-    let exponent = value.abs().log10().floor();
+    // Rounding may carry: 0.9996 is 1.00.
+    let rounded: f64 = format!("{value:.*e}", digits.max(1) - 1).parse().unwrap_or(value);
+    let exponent = rounded.abs().log10().floor();
     if exponent < -5.0 {
         return format!("{value:.*e}", digits - 1);
     }
@@ -66,7 +68,7 @@ mod tests {
         assert_eq!(significant(12.345, 3), "12.3");
         assert_eq!(significant(1234.5, 3), "1234");
         assert_eq!(significant(3.21e-9, 3), "3.21e-9");
-        assert_eq!(significant(0.0, 3), "0");
+        assert_eq!((significant(0.0, 3), significant(0.999_6, 3)), ("0".to_owned(), "1.00".to_owned()));
         assert_eq!(degrees(-1e-6), "0.0");
     }
 }

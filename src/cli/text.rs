@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 use crate::calib::{
     number::{percent, significant, with_sigma},
     report::{Report, Solution},
+    uncertainty::Uncertainty,
 };
 use table::{Table, paragraph};
 
@@ -57,7 +58,7 @@ fn camera(report: &Report, solution: &Solution) -> String {
     for (param, value) in camera.spec().params.iter().zip(&camera.params) {
         let sigma = solution.sigma.get(param.name).copied().flatten();
         let [value, sigma] = match sigma {
-            Some(sigma) => with_sigma(*value, sigma).map(|t| t.clone()),
+            Some(sigma) => with_sigma(*value, sigma),
             None => [value.to_string(), "fixed".to_owned()],
         };
         values.push((param, value, sigma));
@@ -89,10 +90,11 @@ fn certainty(report: &Report, solution: &Solution) -> String {
     let u = &solution.uncertainty;
     let px = |v: Option<f64>| v.map_or("unknown".to_owned(), |v| format!("{} px", significant(v, 2)));
     table.row([
-        "Certainty of the projection".to_owned(),
+        "Projection certain to".to_owned(),
         format!(
-            "{} in the middle, {} in the worst corner (1 σ, at the boards' distance)",
+            "{} in the middle, {} over 90 % of the picture, {} in the worst corner",
             px(u.center_px),
+            px(over_share(u, 0.9)),
             px(u.worst_corner_px)
         ),
     ]);
@@ -100,7 +102,7 @@ fn certainty(report: &Report, solution: &Solution) -> String {
     table.row([
         "Coverage by corners".to_owned(),
         format!(
-            "{} of the width, {} of the height, {} of the area, {:.0} of 100 cells",
+            "{} of the width, {} of the height, {} of the area; {:.0} of 100 cells",
             percent(c.width_fraction),
             percent(c.height_fraction),
             percent(c.hull_fraction),
@@ -151,6 +153,14 @@ fn certainty(report: &Report, solution: &Solution) -> String {
     format!("\n{}", table.render())
 }
 
+/// What the uncertainty stays below over a share of the picture, px; `None` where it has no answer there.
+fn over_share(uncertainty: &Uncertainty, share: f64) -> Option<f64> {
+    let mut all: Vec<f64> =
+        uncertainty.grid_px.iter().flatten().map(|v| v.unwrap_or(f64::INFINITY)).collect();
+    all.sort_by(f64::total_cmp);
+    all.get((share * all.len() as f64) as usize).copied().filter(|v| v.is_finite())
+}
+
 /// The source document's Table IV.
 fn errors(report: &Report, solution: &Solution) -> String {
     let s = &solution.stats;
@@ -184,7 +194,11 @@ fn warnings(report: &Report) -> String {
     if out.is_empty() { out } else { format!("\n{out}") }
 }
 
+/// The text as a sentence begins; names of parameters stay as they are.
 fn capital(text: &str) -> String {
+    if text.split([' ', ',']).next().is_some_and(|w| w.len() <= 2 && w != "a") {
+        return text.to_owned();
+    }
     let mut chars = text.chars();
     chars.next().map_or_else(String::new, |c| c.to_uppercase().chain(chars).collect())
 }

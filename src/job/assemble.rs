@@ -162,7 +162,7 @@ pub fn assemble(entries: &[Entry], wanted: &Wanted) -> Assembly {
         for i in members(k) {
             frames[i].group.clone_from(&group.name);
             if k > 0 && frames[i].found {
-                frames[i].why = format!("another camera: {}", group.reason);
+                frames[i].why = format!("not calibrated: {}", group.reason);
             }
         }
     }

@@ -24,44 +24,25 @@ pub(super) fn table(report: &Report) -> String {
         return String::new();
     }
     let unit = report.settings.unit.name();
-    let mut table = Table::new("llrrrrrrl");
+    let mut table = Table::new("llrrrrrrr");
+    let distance = format!("away {unit}");
+    let head = ["picture", "board", "corners", "outliers", "rms px", "max px", "tilt °", "roll °", &distance];
     let solved = report.solution.is_some();
-    if solved {
-        table.row([
-            "picture",
-            "board",
-            "corners",
-            "rms px",
-            "max px",
-            "tilt °",
-            "roll °",
-            &format!("dist. {unit}"),
-            "",
-        ]);
-    } else {
-        table.row(["picture", "board", "corners"]);
-    }
+    let any_outlier = report.frames.iter().any(|f| !f.outliers.is_empty());
+    table.row(
+        head.iter()
+            .take(if solved { head.len() } else { 3 })
+            .map(|name| if *name == "outliers" && !any_outlier { "" } else { *name }),
+    );
     let (listed, left_out) = listed(report);
+    let some = |n: usize| if n == 0 { String::new() } else { n.to_string() };
     for frame in listed {
-        let name = tail(frame.name(), NAME);
-        let corners = match (frame.corners.len(), frame.outliers.len()) {
-            (0, _) => String::new(),
-            (n, 0) => n.to_string(),
-            (n, bad) => format!("{n} -{bad}"),
+        let start = [tail(frame.name(), NAME), frame.state.name().to_owned(), some(frame.corners.len())];
+        let Some(numbers) = numbers(frame) else {
+            table.note(start, &frame.why);
+            continue;
         };
-        let mut row = vec![name, frame.state.name().to_owned(), corners];
-        let shown = |v: Option<f64>, how: &dyn Fn(f64) -> String| v.map_or(String::new(), how);
-        if solved {
-            row.push(shown(frame.rms_px, &|v| significant(v, 3)));
-            row.push(shown(frame.max_px, &|v| significant(v, 3)));
-            row.push(shown(frame.tilt_rad, &degrees));
-            row.push(shown(frame.roll_rad, &degrees));
-            row.push(shown(frame.distance, &|v| significant(v, 4)));
-        } else {
-            row.extend(std::iter::repeat_n(String::new(), 5));
-        }
-        row.push(frame.why.clone());
-        table.row(row);
+        table.row(start.into_iter().chain([some(frame.outliers.len())]).chain(numbers));
     }
     let more = if left_out == 0 {
         String::new()
@@ -69,6 +50,17 @@ pub(super) fn table(report: &Report) -> String {
         format!("  … and {} with smaller errors (--json lists all)\n", count(left_out))
     };
     format!("\n{}{more}", table.render())
+}
+
+/// What the calibration says of a picture.
+fn numbers(frame: &FrameReport) -> Option<[String; 5]> {
+    Some([
+        significant(frame.rms_px?, 3),
+        significant(frame.max_px?, 3),
+        degrees(frame.tilt_rad?),
+        degrees(frame.roll_rad?),
+        significant(frame.distance?, 4),
+    ])
 }
 
 /// What is listed, in the order of the pictures, and how many are left out.

@@ -15,7 +15,13 @@ pub(in crate::cli) enum Align {
 /// Rows of cells; the last column is wrapped where it reaches beyond [`WIDTH`].
 pub(in crate::cli) struct Table {
     aligns: Vec<Align>,
-    rows: Vec<Vec<String>>,
+    rows: Vec<Row>,
+}
+
+/// Cells, and a text that runs on from the column after them.
+struct Row {
+    cells: Vec<String>,
+    note: Option<String>,
 }
 
 impl Table {
@@ -26,22 +32,35 @@ impl Table {
     }
 
     pub(in crate::cli) fn row<S: Into<String>>(&mut self, cells: impl IntoIterator<Item = S>) {
-        self.rows.push(cells.into_iter().map(Into::into).collect());
+        self.rows.push(Row { cells: cells.into_iter().map(Into::into).collect(), note: None });
+    }
+
+    /// Cells, then a text that takes the room of all columns that follow.
+    pub(in crate::cli) fn note<S: Into<String>>(&mut self, cells: impl IntoIterator<Item = S>, note: &str) {
+        self.rows
+            .push(Row { cells: cells.into_iter().map(Into::into).collect(), note: Some(note.to_owned()) });
     }
 
     /// The lines, each indented by two and ended.
     pub(in crate::cli) fn render(&self) -> String {
-        let cell = |row: &'_ [String], k: usize| row.get(k).map_or(0, |c| width(c));
+        let cell = |row: &Row, k: usize| row.cells.get(k).map_or(0, |c| width(c));
         let widths: Vec<usize> = (0..self.aligns.len())
             .map(|k| self.rows.iter().map(|row| cell(row, k)).max().unwrap_or(0))
             .collect();
         let last = self.aligns.len().saturating_sub(1);
-        let before: usize = widths[..last].iter().filter(|w| **w > 0).map(|w| w + GAP.len()).sum();
         let mut out = String::new();
         for row in &self.rows {
             let mut line = GAP.to_owned();
-            for k in (0..last).filter(|k| widths[*k] > 0) {
-                let text = row.get(k).map_or("", String::as_str);
+            // The text that may be long: a note, or what stands left in the last column.
+            let (cells, long) = match &row.note {
+                Some(note) => (row.cells.len(), note.as_str()),
+                None if self.aligns.get(last) == Some(&Align::Left) => {
+                    (last, row.cells.get(last).map_or("", String::as_str))
+                }
+                None => (last + 1, ""),
+            };
+            for k in (0..cells).filter(|k| widths[*k] > 0) {
+                let text = row.cells.get(k).map_or("", String::as_str);
                 let pad = " ".repeat(widths[k] - width(text));
                 match self.aligns[k] {
                     Align::Left => line.extend([text, &pad]),
@@ -49,12 +68,9 @@ impl Table {
                 }
                 line += GAP;
             }
-            let text = row.get(last).map_or("", String::as_str);
-            let room = WIDTH.saturating_sub(GAP.len() + before).max(20);
-            match self.aligns.get(last) {
-                Some(Align::Right) => line += &format!("{text:>w$}", w = widths[last]),
-                _ => line += &wrap(text, room).join(&format!("\n{}", " ".repeat(GAP.len() + before))),
-            }
+            let before = width(&line);
+            let room = WIDTH.saturating_sub(before).max(20);
+            line += &wrap(long, room).join(&format!("\n{}", " ".repeat(before)));
             out += line.trim_end();
             out.push('\n');
         }
@@ -115,6 +131,14 @@ mod tests {
         assert_eq!(lines[0], "  a            1.5  short");
         assert!(lines.len() == 4 && lines.iter().all(|l| l.chars().count() <= WIDTH), "{text}");
         assert!(lines[2].starts_with(&format!("{}word", " ".repeat(20))));
+    }
+
+    #[test]
+    fn notes_take_the_room_of_the_columns_behind_them() {
+        let mut table = Table::new("lrr");
+        table.row(["a", "1", "2"]);
+        table.note(["b"], "a long reason");
+        assert_eq!(table.render(), "  a  1  2\n  b  a long reason\n");
     }
 
     #[test]

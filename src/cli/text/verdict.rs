@@ -29,14 +29,14 @@ pub(super) fn verdict(report: &Report, solution: &Solution) -> String {
     } else {
         match solution.uncertainty.worst_corner_px {
             None => format!(
-                "Use with care: the corners of the picture are not determined ({from}, {rms}). Photograph the board there."
+                "Use with care: the corners of the picture are not determined ({from}, {rms}). Photograph the board there, too."
             ),
             Some(px) if px > UNSURE_PX => format!(
-                "Use with care: the corners of the picture are known to {} px only ({from}, {rms}). Photograph the board there.",
+                "Use with care: the corners of the picture are known to {} px only ({from}, {rms}). Photograph the board there, too.",
                 significant(px, 2)
             ),
             Some(px) => format!(
-                "Good: {from}, {rms}, projection certain to {} px or better everywhere (1 σ).",
+                "Good: {from}, {rms}, projection certain to {} px or better everywhere.",
                 significant(px, 2)
             ),
         }
