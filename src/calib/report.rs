@@ -5,6 +5,7 @@
 
 mod build;
 mod corner_file;
+mod verdict;
 mod wire;
 
 pub use corner_file::{CornerFile, CornerFrame};

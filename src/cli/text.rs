@@ -2,7 +2,6 @@
 
 mod pictures;
 mod table;
-mod verdict;
 
 use std::fmt::Write as _;
 
@@ -11,13 +10,13 @@ use crate::calib::{
     report::{Report, Solution},
     uncertainty::Uncertainty,
 };
-use table::{Table, paragraph};
+use table::{Table, paragraph, sentence};
 
 /// The evidence of a calibration, or what is known where there is none.
 pub(super) fn evidence(report: &Report) -> String {
     let mut out = String::new();
     if let Some(solution) = &report.solution {
-        out += &verdict::verdict(report, solution);
+        out += &sentence(&report.verdict());
         out += &camera(report, solution);
         out += &certainty(report, solution);
         out += &errors(report, solution);

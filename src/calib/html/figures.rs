@@ -6,7 +6,8 @@ use super::text::escape;
 use crate::calib::{
     camera::Camera,
     figure::{
-        Bar, Grid, Panel, Scale, coverage_density, coverage_points, cumulative, error_bars, error_versus, histogram, map,
+        Bar, Grid, Panel, Scale, coverage_density, coverage_points, cumulative, error_bars, error_versus,
+        histogram, map,
     },
     number::significant,
     report::{Report, Solution},
@@ -35,7 +36,11 @@ pub(super) fn errors(report: &Report, solution: &Solution) -> String {
         .enumerate()
         .map(|(i, f)| {
             let (n, sum) = f.errors_px().fold((0.0, 0.0), |(n, sum), e| (n + 1.0, sum + e));
-            Bar { name: (i + 1).to_string(), mean_px: sum / f64::max(n, 1.0), max_px: f.max_px.unwrap_or(0.0) }
+            Bar {
+                name: (i + 1).to_string(),
+                mean_px: sum / f64::max(n, 1.0),
+                max_px: f.max_px.unwrap_or(0.0),
+            }
         })
         .collect();
     let all: Vec<f64> = report.included().flat_map(|f| f.errors_px()).collect();
@@ -53,7 +58,10 @@ pub(super) fn coverage(report: &Report, solution: &Solution) -> String {
     let size = solution.camera.size_px;
     let points: Vec<Vector2<f64>> = report.included().flat_map(|f| f.corners.iter().map(|c| c.px)).collect();
     row(&[
-        figure(&coverage_points(&points, size), "Where corners were seen. What lies outside is extrapolated."),
+        figure(
+            &coverage_points(&points, size),
+            "Where corners were seen. What lies outside is extrapolated.",
+        ),
         figure(&coverage_density(&points, size, 20), "Corners in each cell."),
         certainty(solution),
     ])
@@ -90,7 +98,12 @@ pub(super) fn distortion(camera: &Camera) -> String {
     let maps = [
         ("Δx", grid(&|[x, _]| f64::from(x)), Scale::Diverging, "To the right positive."),
         ("Δy", grid(&|[_, y]| f64::from(y)), Scale::Diverging, "Downwards positive."),
-        ("Magnitude", grid(&|[x, y]| f64::from(x).hypot(f64::from(y))), Scale::Sequential, "Length of the displacement."),
+        (
+            "Magnitude",
+            grid(&|[x, y]| f64::from(x).hypot(f64::from(y))),
+            Scale::Sequential,
+            "Length of the displacement.",
+        ),
     ];
     let reach = reach(camera);
     let inverted = if reach.beyond > 0.0 {
@@ -103,8 +116,10 @@ pub(super) fn distortion(camera: &Camera) -> String {
         "The model can be inverted over the whole picture.".to_owned()
     };
     let [x, y] = field.largest_at;
-    let figures: Vec<String> =
-        maps.iter().map(|(title, grid, scale, caption)| figure(&map(title, "px", grid, size, *scale), caption)).collect();
+    let figures: Vec<String> = maps
+        .iter()
+        .map(|(title, grid, scale, caption)| figure(&map(title, "px", grid, size, *scale), caption))
+        .collect();
     format!(
         "<p>How far the lens moves what a camera without distortion would show. Largest: {} px at ({x}, {y}), {} % of the \
          diagonal. {inverted}</p>\n{}",
@@ -129,7 +144,9 @@ pub(super) fn stance(report: &Report) -> String {
     }
     let unit = report.settings.unit.name();
     let says = |trend: Option<crate::calib::stats::Trend>| match trend {
-        Some(t) if t.is_significant() => format!("The error changes with it (r = {:.2}, 95 % level).", t.correlation),
+        Some(t) if t.is_significant() => {
+            format!("The error changes with it (r = {:.2}, 95 % level).", t.correlation)
+        }
         Some(t) => format!("No more than chance (r = {:.2}).", t.correlation),
         None => "Too few pictures for a trend.".to_owned(),
     };

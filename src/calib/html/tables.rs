@@ -12,8 +12,10 @@ use crate::calib::{
 
 /// Rows of name and value.
 fn pairs(rows: &[(&str, String)]) -> String {
-    let rows: Vec<String> =
-        rows.iter().map(|(name, value)| format!("<tr><th>{name}</th><td>{}</td></tr>\n", escape(value))).collect();
+    let rows: Vec<String> = rows
+        .iter()
+        .map(|(name, value)| format!("<tr><th>{name}</th><td>{}</td></tr>\n", escape(value)))
+        .collect();
     format!("<table><tbody>\n{}</tbody></table>\n", rows.concat())
 }
 
@@ -23,9 +25,17 @@ pub(super) fn warnings(report: &Report) -> String {
     }
     let mut out = "<ul class=\"warnings\">\n".to_owned();
     for w in &report.warnings {
-        let about =
-            if w.frames.is_empty() { String::new() } else { format!(" <span class=\"muted\">{}</span>", escape(&w.frames.join(", "))) };
-        let _ = writeln!(out, "<li>{} <code class=\"muted\">{}</code>{about}</li>", escape(&w.text), escape(&w.code));
+        let about = if w.frames.is_empty() {
+            String::new()
+        } else {
+            format!(" <span class=\"muted\">{}</span>", escape(&w.frames.join(", ")))
+        };
+        let _ = writeln!(
+            out,
+            "<li>{} <code class=\"muted\">{}</code>{about}</li>",
+            escape(&w.text),
+            escape(&w.code)
+        );
     }
     out + "</ul>\n"
 }
@@ -44,7 +54,9 @@ pub(super) fn camera(solution: &Solution) -> String {
             Some(sigma) => with_sigma(*value, sigma),
             None => [value.to_string(), "fixed".to_owned()],
         };
-        let relative = sigma.filter(|_| *value != 0.0).map_or(String::new(), |s| format!("{} %", significant(100.0 * s / value.abs(), 2)));
+        let relative = sigma
+            .filter(|_| *value != 0.0)
+            .map_or(String::new(), |s| format!("{} %", significant(100.0 * s / value.abs(), 2)));
         let _ = write!(
             out,
             "<tr><th>{}</th><td class=\"n\">{value_text}</td><td class=\"n\">{sigma_text}</td><td>{}</td><td class=\"n\">{relative}</td>",
@@ -74,7 +86,11 @@ pub(super) fn certainty(report: &Report, solution: &Solution) -> String {
             "{} in the middle, {} in the worst corner (1 σ{})",
             px(u.center_px),
             px(u.worst_corner_px),
-            u.range.map_or(String::new(), |r| format!(", at {} {}", significant(r, 3), report.settings.unit.name()))
+            u.range.map_or(String::new(), |r| format!(
+                ", at {} {}",
+                significant(r, 3),
+                report.settings.unit.name()
+            ))
         ),
     )];
     if let Some(t) = &solution.truth_corners {
@@ -143,7 +159,10 @@ fn picture(f: &FrameReport, number: u32, worst: f64) -> String {
     let shown = |v: Option<f64>, how: &dyn Fn(f64) -> String| v.map_or(String::new(), how);
     let share = f.rms_px.filter(|_| worst > 0.0).map_or(0.0, |v| 100.0 * v / worst);
     let count = |n: usize| if n == 0 { String::new() } else { n.to_string() };
-    let words: Vec<&str> = std::iter::once(f.why.as_str()).chain(f.notes.iter().map(String::as_str)).filter(|t| !t.is_empty()).collect();
+    let words: Vec<&str> = std::iter::once(f.why.as_str())
+        .chain(f.notes.iter().map(String::as_str))
+        .filter(|t| !t.is_empty())
+        .collect();
     let order = if f.order_is_a_choice { " *" } else { "" };
     format!(
         "<tr{}><td class=\"n\">{}</td><td title=\"{}\">{}</td><td>{}{order}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>\
@@ -183,8 +202,10 @@ pub(super) fn groups(report: &Report) -> String {
 pub(super) fn covariance(solution: &Solution) -> String {
     let names: Vec<&str> = solution.sigma.iter().map(|(name, _)| name).collect();
     let c = &solution.covariance;
-    let correlation = DMatrix::from_fn(c.nrows(), c.ncols(), |i, j| c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt());
-    let plain = matrix(&names, c, &|v| (if v == 0.0 { "0".to_owned() } else { format!("{v:.3e}") }, String::new()));
+    let correlation =
+        DMatrix::from_fn(c.nrows(), c.ncols(), |i, j| c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt());
+    let plain =
+        matrix(&names, c, &|v| (if v == 0.0 { "0".to_owned() } else { format!("{v:.3e}") }, String::new()));
     let coloured = matrix(&names, &correlation, &|v| {
         if v.is_finite() {
             let color = if v < 0.0 { "208,47,47" } else { "44,111,173" };
@@ -193,13 +214,17 @@ pub(super) fn covariance(solution: &Solution) -> String {
             ("fixed".to_owned(), String::new())
         }
     });
-    format!("<h3>Correlation</h3>\n{coloured}<h3>Covariance</h3>\n<p class=\"muted\">Units are the products of the parameters' units; zero where a parameter was fixed.</p>\n{plain}")
+    format!(
+        "<h3>Correlation</h3>\n{coloured}<h3>Covariance</h3>\n<p class=\"muted\">Units are the products of the parameters' units; zero where a parameter was fixed.</p>\n{plain}"
+    )
 }
 
 fn matrix(names: &[&str], m: &DMatrix<f64>, cell: &dyn Fn(f64) -> (String, String)) -> String {
     let head: Vec<String> = names.iter().map(|n| format!("<th>{}</th>", escape(n))).collect();
-    let mut out =
-        format!("<div class=\"wide\"><table class=\"matrix\"><thead><tr><th></th>{}</tr></thead><tbody>\n", head.concat());
+    let mut out = format!(
+        "<div class=\"wide\"><table class=\"matrix\"><thead><tr><th></th>{}</tr></thead><tbody>\n",
+        head.concat()
+    );
     for (i, name) in names.iter().enumerate().take(m.nrows()) {
         let _ = write!(out, "<tr><th>{}</th>", escape(name));
         for j in 0..m.ncols() {
@@ -254,7 +279,10 @@ pub(super) fn settings(report: &Report) -> String {
     let fixed = s.fixed.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
     let or_none = |t: &Option<String>| t.clone().unwrap_or_else(|| "none".to_owned());
     let left = pairs(&[
-        ("Board, inner corners", format!("{board}{}", if s.board_is_found { ", found from the pictures" } else { "" })),
+        (
+            "Board, inner corners",
+            format!("{board}{}", if s.board_is_found { ", found from the pictures" } else { "" }),
+        ),
         ("Square", format!("{} {}", s.square, s.unit.name())),
         ("Pictures", s.images.to_string()),
         ("Camera model", s.model.spec().title.to_owned()),

@@ -6,6 +6,7 @@ use crate::{
     calib::{
         Error, Result,
         format::{self, Destination, Evidence, Export, Frame},
+        html,
         report::{FrameReport, Report},
     },
     cli::{files, say},
@@ -33,8 +34,8 @@ pub(super) fn camera(report: &Report, destination: &Destination) -> Result<Strin
 
 /// Writes the page of the evidence.
 pub(super) fn page(report: &Report, path: &Path) -> Result<String> {
-    let _ = report;
-    Err(Error::Unsupported(format!("{}: no HTML yet", path.display())))
+    files::write(path, html::page(report, &report.verdict()).as_bytes())?;
+    Ok(format!("wrote {} (the evidence as one page)", path.display()))
 }
 
 /// Says what was done or why not; whether it was done.

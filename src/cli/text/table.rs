@@ -101,6 +101,11 @@ pub(in crate::cli) fn wrap(text: &str, room: usize) -> Vec<String> {
     lines
 }
 
+/// A paragraph without a mark.
+pub(in crate::cli) fn sentence(text: &str) -> String {
+    wrap(text, WIDTH).join("\n") + "\n"
+}
+
 /// A paragraph behind a mark: `! text`, wrapped and indented.
 pub(in crate::cli) fn paragraph(mark: &str, text: &str) -> String {
     let indent = width(mark) + 1;

@@ -1,10 +1,7 @@
 //! One sentence that says whether the camera can be used.
 
-use super::{pictures, table::paragraph};
-use crate::calib::{
-    number::significant,
-    report::{Report, Solution},
-};
+use super::{Report, Solution};
+use crate::calib::number::significant;
 
 /// Above this RMS the pictures and the model disagree visibly, px.
 const LARGE_RMS_PX: f64 = 1.0;
@@ -13,12 +10,23 @@ const ABSURD_RMS_PX: f64 = 3.0;
 /// Above this the camera is not known well in the corners of the picture, px.
 const UNSURE_PX: f64 = 1.0;
 
-/// Good, usable with care, or not to be used: with the reason and the remedy.
-pub(super) fn verdict(report: &Report, solution: &Solution) -> String {
+impl Report {
+    /// Whether the camera can be used: begins with `Good`, `Use with care`, `Do not use this` or `No calibration`, and says why
+    /// and what to do.
+    pub fn verdict(&self) -> String {
+        match (&self.solution, &self.error) {
+            (Some(solution), _) => of(self, solution),
+            (None, Some(error)) => format!("No calibration: {}.", error.text),
+            (None, None) => "No calibration.".to_owned(),
+        }
+    }
+}
+
+fn of(report: &Report, solution: &Solution) -> String {
     let used = report.included().count();
     let rms = format!("RMS {} px", significant(solution.rms_px, 3));
-    let from = format!("{used} of {}", pictures::count(report.frames.len()));
-    let text = if !solution.termination.converged() {
+    let from = format!("{used} of {} pictures", report.frames.len());
+    if !solution.termination.converged() {
         format!("Do not use this: the solution was not reached ({from}, {rms}).")
     } else if solution.rms_px > ABSURD_RMS_PX {
         format!(
@@ -40,6 +48,5 @@ pub(super) fn verdict(report: &Report, solution: &Solution) -> String {
                 significant(px, 2)
             ),
         }
-    };
-    paragraph("=", &text)
+    }
 }
