@@ -143,9 +143,13 @@ pub struct Progress(pub f32);
 /// A panic inside becomes [`Error::Crashed`] in the reply.
 pub fn run(request: Request, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Option<Reply> {
     let Request { key, job } = request;
-    let done = catch_unwind(AssertUnwindSafe(|| perform(job, report)));
-    let result = done.unwrap_or_else(|panic| Err(Error::Crashed(message(panic.as_ref()))));
+    let result = caught(|| perform(job, report));
     (result != Err(Error::Stopped)).then_some(Reply { key, result })
+}
+
+/// Turns a panic into an error.
+fn caught<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(Error::Crashed(message(panic.as_ref()))))
 }
 
 fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Output> {
@@ -194,4 +198,28 @@ pub(crate) fn ms_since(start: Instant) -> f64 {
 pub(crate) fn message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("unknown panic").to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_becomes_an_error() {
+        assert_eq!(caught::<()>(|| panic!("at {}", 3)), Err(Error::Crashed("at 3".to_owned())));
+        assert_eq!(caught(|| Ok(3)), Ok(3));
+    }
+
+    #[test]
+    fn a_stopped_job_has_no_reply() {
+        let source = Source::View { scene: Arc::new(Scene::seed()), view: 0 };
+        let job = Job::Inspect { source, options: detect::Options::default() };
+        let request = Request { key: Key(7), job };
+        assert_eq!(run(request.clone(), &mut |_| ControlFlow::Break(())), None);
+        let reply = run(request, &mut |_| ControlFlow::Continue(())).unwrap();
+        assert_eq!(reply.key, Key(7));
+        let Ok(Output::Inspection(inspection)) = reply.result else { panic!("{:?}", reply.result) };
+        assert_eq!(inspection.size_px, [800, 600]);
+        assert!(inspection.detection.grid.is_some(), "{}", inspection.detection.why);
+    }
 }

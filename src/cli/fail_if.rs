@@ -37,13 +37,13 @@ const FIGURES: &[Figure] = &[
     },
     Figure {
         name: "images",
-        what: "pictures that were used",
+        what: "number of pictures that were used",
         unit: "",
         of: |r| Some(r.included().count() as f64),
     },
     Figure {
         name: "corners",
-        what: "corners that were used",
+        what: "number of corners that were used",
         unit: "",
         of: |r| Some(r.included().map(|f| f.corners.len()).sum::<usize>() as f64),
     },
@@ -53,7 +53,7 @@ const FIGURES: &[Figure] = &[
         unit: "",
         of: |r| Some(r.solution.as_ref()?.coverage.cells_fraction),
     },
-    Figure { name: "warnings", what: "warnings", unit: "", of: |r| Some(r.warnings.len() as f64) },
+    Figure { name: "warnings", what: "number of warnings", unit: "", of: |r| Some(r.warnings.len() as f64) },
 ];
 
 /// One condition: `rms>0.5`.
@@ -119,5 +119,36 @@ impl FromStr for FailIf {
             return Err(Error::Invalid("--fail-if needs a condition, for example rms>0.5".to_owned()));
         }
         Ok(Self(list))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calib::report::Settings;
+
+    #[test]
+    fn the_grammar_of_conditions() {
+        let list: FailIf = "rms>0.5, Uncertainty > 1,images<10".parse().unwrap();
+        let told: Vec<_> = list.0.iter().map(|c| (c.figure.name, c.above, c.limit)).collect();
+        assert_eq!(told, [("rms", true, 0.5), ("uncertainty", true, 1.0), ("images", false, 10.0)]);
+        for text in ["", ",", "rms", "rms>", "rms=1", "rms>nan", "noise>1", ">1", "rms>1>2"] {
+            assert!(text.parse::<FailIf>().is_err(), "{text}");
+        }
+        let error = "noise>1".parse::<FailIf>().unwrap_err().to_string();
+        assert!(FIGURES.iter().all(|f| error.contains(f.name)), "{error}");
+    }
+
+    #[test]
+    fn what_is_not_known_fails() {
+        let report = Report::new(Settings::default(), Vec::new(), Vec::new(), Vec::new());
+        let reasons = "rms>100,images<1,warnings>0".parse::<FailIf>().unwrap().reasons(&report);
+        assert_eq!(
+            reasons,
+            [
+                "rms>100: the RMS of the residuals is not known",
+                "images<1: the number of pictures that were used is 0"
+            ]
+        );
     }
 }

@@ -23,7 +23,7 @@ pub(super) fn evidence(report: &Report) -> String {
     }
     out += &pictures::table(report);
     out += &warnings(report);
-    out
+    out.trim_start_matches('\n').to_owned()
 }
 
 /// What was found in pictures.

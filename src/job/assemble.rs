@@ -251,6 +251,11 @@ fn problem(
     board: Option<BoardSize>,
     wanted: &Wanted,
 ) -> Result<Problem> {
+    if board.is_none() && !used.is_empty() {
+        return Err(Error::Invalid(
+            "the size of the board is not known: give it, for example --board 9x6".to_owned(),
+        ));
+    }
     let (Some(board), Some(&first)) = (board, used.first()) else {
         let grids: Vec<&Grid> = entries.iter().filter_map(Entry::grid).collect();
         return Err(Error::NoBoard(advice::no_board(frames, wanted.board, &grids)));

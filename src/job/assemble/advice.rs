@@ -87,16 +87,22 @@ pub(super) fn no_board(frames: &[FrameReport], asked: Option<BoardSize>, grids: 
             _ => format!("none of the {} pictures could be read ({}: {why})", frames.len(), frames[0].name()),
         };
     }
-    let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
+    // What each reason advises comes once, at the end.
+    let short = |why: &'_ str| why.split(": ").next().unwrap_or_default().to_owned();
+    let mut reasons: BTreeMap<String, usize> = BTreeMap::new();
     for frame in frames {
-        *reasons.entry(&frame.why).or_default() += 1;
+        *reasons.entry(short(&frame.why)).or_default() += 1;
     }
     let mut reasons: Vec<_> = reasons.into_iter().collect();
     reasons.sort_by_key(|r| std::cmp::Reverse(r.1));
     let told: Vec<String> = reasons
-        .iter()
-        .take(3)
-        .map(|(why, n)| if frames.len() == 1 { (*why).to_owned() } else { format!("{why} ({n} x)") })
+        .into_iter()
+        .take(2)
+        .map(|(why, n)| match n {
+            _ if frames.len() == 1 => why,
+            n if n == frames.len() => format!("{why} in all of them"),
+            n => format!("{why} in {n} of {}", frames.len()),
+        })
         .collect();
     let what = asked.map_or("a checkerboard".to_owned(), |size| format!("a {size} board"));
     let remedy = match (asked, board_of(grids)) {
