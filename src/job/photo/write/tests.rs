@@ -244,9 +244,9 @@ fn tiff_keeps_its_tags_and_directories() {
             }};
         }
         if big {
-            fill!(TiffEncoder::new_big(&mut file))
+            fill!(TiffEncoder::new_big(&mut file));
         } else {
-            fill!(TiffEncoder::new(&mut file))
+            fill!(TiffEncoder::new(&mut file));
         }
         let before = file.into_inner();
         let new = photo(40, 30, 3, true);
