@@ -9,8 +9,9 @@ mod text;
 use super::report::Report;
 use text::escape;
 
-/// Writes the page. `verdict` is the sentence at its head.
-pub fn page(report: &Report, verdict: &str) -> String {
+/// Writes the page.
+pub fn page(report: &Report) -> String {
+    let verdict = report.verdict();
     let title = report.solution.as_ref().map_or_else(
         || "Camera calibration".to_owned(),
         |s| {
@@ -22,8 +23,8 @@ pub fn page(report: &Report, verdict: &str) -> String {
         "<h1>{}</h1>\n<p class=\"muted\">{}</p>\n<p class=\"verdict {}\">{}</p>\n",
         escape(&title),
         escape(&subtitle(report)),
-        tone(verdict),
-        escape(verdict)
+        tone(&verdict),
+        escape(&verdict)
     );
     body += &tables::warnings(report);
     if let Some(solution) = &report.solution {

@@ -3,5 +3,6 @@
 
 mod calibration;
 mod cli;
+mod cli_tools;
 mod formats;
 mod layers;

@@ -34,7 +34,7 @@ pub(super) fn camera(report: &Report, destination: &Destination) -> Result<Strin
 
 /// Writes the page of the evidence.
 pub(super) fn page(report: &Report, path: &Path) -> Result<String> {
-    files::write(path, html::page(report, &report.verdict()).as_bytes())?;
+    files::write(path, html::page(report).as_bytes())?;
     Ok(format!("wrote {} (the evidence as one page)", path.display()))
 }
 
