@@ -51,7 +51,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let Args { input, output, crop, scale } = args;
     let path = Path::new(&output.path);
     let mut file = files::camera(input)?;
-    if same(input, path) {
+    if files::same(input, path) {
         return Err(Error::Invalid(format!("{}: this is the file to read: give another name", output.path)));
     }
     if let Some(Crop(rectangle)) = crop {
@@ -77,8 +77,4 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         say(&format!("note: {note}"));
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn same(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }

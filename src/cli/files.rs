@@ -84,6 +84,11 @@ pub(super) fn folder(path: &Path) -> Result<()> {
         .map_err(|e| error(path, &format!("this folder cannot be made ({e}): choose another")))
 }
 
+/// Whether both paths lead to one file that exists.
+pub(super) fn same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
 /// What to say where the paths hold no picture.
 pub(super) fn no_pictures(paths: &[PathBuf]) -> Error {
     let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();

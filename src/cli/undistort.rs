@@ -77,6 +77,12 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     files::folder(out)?;
     let tasks = tasks(&pictures, out)?;
     let camera = out.join(CAMERA);
+    if files::same(&args.camera, &camera) {
+        return Err(Error::Invalid(format!(
+            "{} is where the camera of the results would go: give another folder, or another name to your camera file",
+            camera.display()
+        )));
+    }
     let text = format::write(
         format::by_name("opencv")?,
         &Export { camera: &straight.camera, evidence: &Evidence::default(), report: None },

@@ -261,6 +261,10 @@ fn undistort_keeps_folders_apart_and_never_overwrites_a_photograph() {
     }
     assert_eq!(fs::read(path.join("pictures/view_01.png")).unwrap(), before);
     assert!(!path.join("pictures/camera.yaml").exists());
+    // Nor the camera file that was given.
+    ran(path, 0, &["convert", "pictures/truth.json", "u/camera.yaml"]);
+    let args = ["undistort", "pictures", "--camera", "u/camera.yaml", "--out", "u"];
+    refused(path, 2, &args, &["where the camera of the results would go"]);
 }
 
 #[test]

@@ -62,7 +62,7 @@ impl Axes {
         let at = self.at(self.x[0], y)[1];
         let [left, _, w, _] = self.area;
         panel.line([left, at], [left + w, at], stroke, 1.5, "stroke-dasharray=\"6 4\"");
-        panel.text([left + w, at - 5.0], name, Type::TICK.anchored(Anchor::End).colored(stroke));
+        panel.text_over([left + w, at - 5.0], name, Type::TICK.anchored(Anchor::End).colored(stroke));
     }
 
     /// A vertical line over the whole height with its name beside the top.
@@ -71,7 +71,7 @@ impl Axes {
         let [left, top, w, h] = self.area;
         panel.line([at, top], [at, top + h], stroke, 1.5, "stroke-dasharray=\"6 4\"");
         let (dx, anchor) = if at > left + w / 2.0 { (-5.0, Anchor::End) } else { (5.0, Anchor::Start) };
-        panel.text([at + dx, top + 12.0], name, Type::TICK.anchored(anchor).colored(stroke));
+        panel.text_over([at + dx, top + 12.0], name, Type::TICK.anchored(anchor).colored(stroke));
     }
 }
 

@@ -96,7 +96,7 @@ pub fn cumulative(errors_px: &[f64], p95_px: f64) -> Panel {
     let name = format!("95 % below {p95_px:.4} px");
     let ty = Type::TICK.colored(color::ORANGE);
     let middle = 0.5 * (left + x);
-    p.text([middle.max(left + 70.0), y + 16.0], &name, ty);
+    p.text_over([middle.max(left + 70.0), y + 16.0], &name, ty);
     p
 }
 
@@ -108,7 +108,7 @@ pub fn error_versus(points: &[(f64, f64, String)], title: &str, x_name: &str, y_
     for (x, y, name) in points {
         let at = axes.at(*x, *y);
         p.circle(at, 4.0, &format!("fill=\"{}\" fill-opacity=\"0.85\"", color::BLUE));
-        p.text([at[0], at[1] - 7.0], name, Type::TICK);
+        p.text_over([at[0], at[1] - 7.0], name, Type::TICK);
     }
     p
 }

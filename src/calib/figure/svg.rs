@@ -159,6 +159,16 @@ impl Panel {
         self.text_with(at, text, ty, &turn);
     }
 
+    /// Text over data: a white rim keeps it readable.
+    pub(super) fn text_over(&mut self, at: [f64; 2], text: &str, ty: Type) {
+        self.text_with(
+            at,
+            text,
+            ty,
+            "stroke=\"#fff\" stroke-width=\"3.5\" stroke-linejoin=\"round\" paint-order=\"stroke\"",
+        );
+    }
+
     fn text_with(&mut self, at: [f64; 2], text: &str, ty: Type, style: &str) {
         let anchor = match ty.anchor {
             Anchor::Start => "start",

@@ -77,7 +77,7 @@ fn certainty(solution: &Solution) -> String {
     }
     let grid = Grid { columns, rows: rows.len(), values };
     figure(
-        &map("Certainty of the projection", "1 σ, px", &grid, solution.camera.size_px, Scale::Sequential),
+        &map("Uncertainty of the projection", "1 σ, px", &grid, solution.camera.size_px, Scale::Sequential),
         "By how much the projection would scatter if the calibration were repeated, at the boards' distance; grey where it is not determined.",
     )
 }

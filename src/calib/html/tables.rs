@@ -43,23 +43,29 @@ pub(super) fn warnings(report: &Report) -> String {
 /// Parameters with σ, and beside the truth where it is known.
 pub(super) fn camera(solution: &Solution) -> String {
     let known = !solution.truth.is_empty();
-    let mut out = "<table><thead><tr><th></th><th class=\"n\">value</th><th class=\"n\">± σ</th><th></th><th class=\"n\">σ relative</th>".to_owned();
+    let mut out =
+        "<table><thead><tr><th></th><th>value</th><th>± σ</th><th></th><th class=\"n\">σ relative</th>"
+            .to_owned();
     if known {
         out += "<th class=\"n\">truth</th><th class=\"n\">difference</th><th class=\"n\">relative</th><th class=\"n\">in σ</th>";
     }
     out += "</tr></thead><tbody>\n";
-    for (param, value) in solution.camera.spec().params.iter().zip(&solution.camera.params) {
+    let camera = &solution.camera;
+    let shown = camera.spec().params.iter().zip(&camera.params).map(|(param, value)| {
         let sigma = solution.sigma.get(param.name).copied().flatten();
-        let [value_text, sigma_text] = match sigma {
-            Some(sigma) => with_sigma(*value, sigma),
-            None => [value.to_string(), "fixed".to_owned()],
-        };
+        sigma.map_or_else(|| [value.to_string(), "fixed".to_owned()], |sigma| with_sigma(*value, sigma))
+    });
+    let (values, sigmas): (Vec<String>, Vec<String>) = shown.map(|[value, sigma]| (value, sigma)).unzip();
+    let (values, sigmas) = (point_below_point(&values), point_below_point(&sigmas));
+    for (i, (param, value)) in camera.spec().params.iter().zip(&camera.params).enumerate() {
+        let (value_text, sigma_text) = (&values[i], &sigmas[i]);
+        let sigma = solution.sigma.get(param.name).copied().flatten();
         let relative = sigma
             .filter(|_| *value != 0.0)
             .map_or(String::new(), |s| format!("{} %", significant(100.0 * s / value.abs(), 2)));
         let _ = write!(
             out,
-            "<tr><th>{}</th><td class=\"n\">{value_text}</td><td class=\"n\">{sigma_text}</td><td>{}</td><td class=\"n\">{relative}</td>",
+            "<tr><th>{}</th><td>{value_text}</td><td>{sigma_text}</td><td>{}</td><td class=\"n\">{relative}</td>",
             param.name, param.unit
         );
         if let Some(c) = solution.truth.iter().find(|c| c.name == param.name) {
@@ -75,6 +81,13 @@ pub(super) fn camera(solution: &Solution) -> String {
         out += "</tr>\n";
     }
     out + "</tbody></table>\n"
+}
+
+/// Numbers with blanks as wide as a digit before them, so that their points stand in one column.
+fn point_below_point(numbers: &[String]) -> Vec<String> {
+    let before = |text: &String| text.find(['.', 'f']).unwrap_or(text.len());
+    let room = numbers.iter().map(before).max().unwrap_or(0);
+    numbers.iter().map(|text| format!("{}{text}", "\u{2007}".repeat(room - before(text)))).collect()
 }
 
 pub(super) fn certainty(report: &Report, solution: &Solution) -> String {
