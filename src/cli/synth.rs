@@ -39,7 +39,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "NAME=VALUE,…")]
     degrade: Option<Degrade>,
     /// Seed of everything random
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seed: Option<u64>,
     /// Draw polygons with vertices cut to whole pixels, as the source document does
     #[arg(long)]
