@@ -16,12 +16,12 @@ use crate::calib::{
 fn report() -> Report {
     let scene = Scene::seed();
     let truth = scene.truth();
-    let shift = |k: usize| 0.1 * (1.7 * k as f64).sin();
+    let shift = |k: usize| 0.02 * (1.7 * k as f64).sin();
     let corners = |i: usize| -> Vec<Corner> {
         let all = truth.frames[i].corners.iter();
         all.map(|&(index, x, y)| {
             let k = 100 * i + index as usize;
-            Corner { index, px: Vector2::new(x + shift(k), y + shift(3 * k + 1)), sigma_px: 0.1 }
+            Corner { index, px: Vector2::new(x + shift(k), y + shift(3 * k + 1)), sigma_px: 0.02 }
         })
         .collect()
     };
