@@ -121,7 +121,7 @@ pub(super) fn distortion(camera: &Camera) -> String {
         .map(|(title, grid, scale, caption)| figure(&map(title, "px", grid, size, *scale), caption))
         .collect();
     format!(
-        "<p>How far the lens moves what a camera without distortion would show. Largest: {} px at ({x}, {y}), {} % of the \
+        "<p>How far the lens moves what a camera without distortion would show. Largest: {}\u{a0}px at ({x}, {y}), {}\u{a0}% of the \
          diagonal. {inverted}</p>\n{}",
         significant(field.largest_px, 3),
         significant(field.largest_percent, 3),
