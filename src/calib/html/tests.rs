@@ -94,7 +94,6 @@ fn the_page_holds_every_number_and_needs_nothing_else() {
         assert!(rest.contains(&format!(">{}</td>", crate::calib::number::significant(f.rms_px.unwrap(), 3))));
     }
     for words in [
-        "verdict good",
         "Error per picture",
         "Magnitude",
         "Uncertainty of the projection",
@@ -104,6 +103,8 @@ fn the_page_holds_every_number_and_needs_nothing_else() {
     ] {
         assert!(rest.contains(words), "{words}");
     }
+    let head = format!("<p class=\"verdict {}\">{}</p>", super::tone(&report.verdict()), report.verdict());
+    assert!(rest.contains(&head), "{head}");
     assert_eq!(rest.matches("<figure>").count(), 11);
     // Nothing is fetched: no address, no link, no import; pictures are embedded.
     assert!(
@@ -113,7 +114,7 @@ fn the_page_holds_every_number_and_needs_nothing_else() {
             && !rest.contains("<link")
     );
     let embedded = rest.matches("href=\"data:image/png;base64,").count();
-    assert_eq!(rest.matches("href=").count(), embedded);
+    assert_eq!(rest.matches("href=\"").count(), embedded);
     assert!(!rest.contains("NaN") && !rest.contains("src="));
 }
 
@@ -126,6 +127,18 @@ fn names_and_reasons_cannot_leave_their_place() {
     assert!(rest.contains("title=\"a/&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt;&amp;&quot;.png\""));
     assert!(!json.contains('<'));
     assert_eq!(html.matches("</script>").count(), 2);
+}
+
+#[test]
+fn the_colour_of_the_verdict_follows_its_first_words() {
+    for (verdict, tone) in [
+        ("Good: 15 of 15 pictures", "good"),
+        ("Use with care: RMS 2 px is large", "care"),
+        ("Do not use this: the solution was not reached", "bad"),
+        ("No calibration: no board", "bad"),
+    ] {
+        assert_eq!(super::tone(verdict), tone);
+    }
 }
 
 #[test]
