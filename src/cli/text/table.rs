@@ -134,7 +134,7 @@ mod tests {
         let text = table.render();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], "  a            1.5  short");
-        assert!(lines.len() == 4 && lines.iter().all(|l| l.chars().count() <= WIDTH), "{text}");
+        assert!(lines.len() == 3 && lines.iter().all(|l| l.chars().count() <= WIDTH), "{text}");
         assert!(lines[2].starts_with(&format!("{}word", " ".repeat(20))));
     }
 
