@@ -54,7 +54,7 @@ impl Source {
     /// Reads or renders the picture.
     ///
     /// # Errors
-    /// Those of [`photo::read`] and [`synth::render`].
+    /// Those of [`photo::read`] and [`synth::render()`].
     pub fn read(&self, colours: Colours) -> Result<photo::Picture> {
         match self {
             Self::File(path) => photo::read(path, colours),
