@@ -4,5 +4,6 @@
 mod calibration;
 mod cli;
 mod cli_tools;
+mod detection;
 mod formats;
 mod layers;

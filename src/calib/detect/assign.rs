@@ -229,3 +229,127 @@ fn corner_zero(corners: &[Corner], size: BoardSize) -> Option<Vector2<f64>> {
     let fit = homography::fit(&board, &px, homography::Options::default())?;
     Some(homography::apply(&fit.matrix, &Vector2::zeros()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn size(text: &str) -> BoardSize {
+        text.parse().unwrap()
+    }
+
+    /// The part of a board with columns and rows in the given ranges, as a picture shows it: turned, and seen to end where
+    /// asked. Places are those of the board, 10 px a square, turned with it.
+    fn part(board: &str, [c0, c1]: [u32; 2], [r0, r1]: [u32; 2], turns: usize, see_ends: bool) -> Grid {
+        let board = size(board);
+        let corners = (r0..r1).flat_map(|r| (c0..c1).map(move |c| [c, r])).map(|[c, r]| GridCorner {
+            cell: [c - c0, r - r0],
+            px: Vector2::new(100.0 + 10.0 * f64::from(c), 100.0 + 10.0 * f64::from(r)),
+            sigma_px: 0.01,
+        });
+        let ends = [c0 == 0, c1 == board.cols, r0 == 0, r1 == board.rows].map(|e| e && see_ends);
+        let grid = Grid {
+            size: [c1 - c0, r1 - r0],
+            corners: corners.collect(),
+            black_first: (c0 + r0) % 2 == 0,
+            ends,
+        };
+        grid.turned(turns)
+    }
+
+    /// Whether every corner has the index of its place.
+    fn right(assigned: &Assigned, board: BoardSize) -> bool {
+        assigned.corners.iter().all(|c| {
+            let [col, row] = board.at(c.index);
+            c.px == Vector2::new(100.0 + 10.0 * f64::from(col), 100.0 + 10.0 * f64::from(row))
+        })
+    }
+
+    #[test]
+    fn four_quarter_turns_change_nothing() {
+        let grid = part("9x6", [2, 8], [0, 5], 0, true);
+        assert_eq!(grid.turned(1).turned(3), grid);
+        assert_eq!(grid.turned(2).turned(2), grid);
+        assert_eq!(grid.turned(1).turned(1), grid.turned(2));
+        assert_eq!(grid.turned(3).upright(), grid);
+    }
+
+    #[test]
+    fn colours_tell_the_order_of_whole_boards() {
+        for turns in 0..4 {
+            let assigned = part("9x6", [0, 9], [0, 6], turns, false).assign(size("9x6")).unwrap();
+            assert!(assigned.full && !assigned.order_is_a_choice && right(&assigned, size("9x6")), "{turns}");
+        }
+    }
+
+    #[test]
+    fn where_the_order_is_a_choice_corner_0_is_the_uppermost_left() {
+        for board in ["8x6", "7x5", "12x12"] {
+            let b = size(board);
+            for turns in 0..4 {
+                let assigned = part(board, [0, b.cols], [0, b.rows], turns, true).assign(b).unwrap();
+                assert!(
+                    assigned.full && assigned.order_is_a_choice && right(&assigned, b),
+                    "{board} {turns}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn parts_are_used_where_their_place_is_certain() {
+        let nine = size("9x6");
+        for turns in 0..4 {
+            // Two borders that meet and more columns than the board has rows, or all rows and one border.
+            for (c, r) in [([0, 7], [0, 4]), ([2, 9], [2, 6]), ([0, 7], [0, 6]), ([2, 9], [0, 6])] {
+                let assigned = part("9x6", c, r, turns, true).assign(nine).unwrap();
+                assert!(!assigned.full && right(&assigned, nine), "{c:?} {r:?} {turns}");
+            }
+            // All columns but no border: by the colours the missing row may be at either side.
+            let why = part("9x6", [0, 9], [0, 5], turns, false).assign(nine).unwrap_err();
+            assert!(why.contains("not certain"), "{why}");
+            assert!(part("9x6", [2, 7], [1, 5], turns, true).assign(nine).is_err());
+            // At a corner of the board that is seen, either side may be the long one.
+            assert!(part("9x6", [0, 5], [0, 4], turns, true).assign(nine).is_err());
+        }
+        let twelve = size("12x12");
+        assert!(part("12x12", [0, 12], [3, 12], 1, true).assign(twelve).is_ok());
+        assert!(part("12x12", [0, 12], [3, 12], 1, false).assign(twelve).is_err());
+    }
+
+    #[test]
+    fn too_small_a_part_is_refused() {
+        let why = part("9x6", [0, 3], [0, 3], 0, true).assign(size("9x6")).unwrap_err();
+        assert!(why.contains("only 9 corners"), "{why}");
+        assert!(part("9x6", [0, 2], [0, 6], 0, true).assign(size("9x6")).is_err());
+        // A whole small board is a board.
+        assert!(part("3x3", [0, 3], [0, 3], 0, true).assign(size("3x3")).unwrap().full);
+    }
+
+    #[test]
+    fn another_size_is_named() {
+        for (asked, said) in [
+            ("8x6", "found 9x6, asked 8x6"),
+            ("10x7", "found 9x6, asked 10x7"),
+            ("6x8", "found 6x9, asked 6x8"),
+        ] {
+            assert_eq!(part("9x6", [0, 9], [0, 6], 1, true).assign(size(asked)), Err(said.to_owned()));
+        }
+        // 6x9 is 9x6 turned, with another meaning of the index.
+        assert!(part("9x6", [0, 9], [0, 6], 0, true).assign(size("6x9")).is_ok_and(|a| a.full));
+    }
+
+    #[test]
+    fn the_size_is_that_of_most_whole_boards() {
+        let whole = part("9x6", [0, 9], [0, 6], 1, true);
+        let unsure = part("9x6", [0, 9], [0, 6], 0, false);
+        let cut = part("9x6", [0, 9], [0, 5], 0, true);
+        let other = part("7x5", [0, 7], [0, 5], 0, true);
+        let choice = board_of(&[&cut, &whole, &unsure]).unwrap();
+        assert_eq!((choice.size, choice.seen_whole, choice.doubts.as_str()), (size("9x6"), 2, ""));
+        let choice = board_of(&[&whole, &whole, &other]).unwrap();
+        assert!(choice.size == size("9x6") && choice.doubts.contains("7x5"));
+        assert!(board_of(&[&unsure]).unwrap().doubts.contains("four borders"));
+        assert_eq!(board_of(&[]), None);
+    }
+}

@@ -15,12 +15,17 @@ use crate::calib::image::{Plane, Sample};
 const MOVE: f64 = 0.3;
 /// Largest distance from the place that the neighbours give, in cells.
 const BESIDE: f64 = 0.12;
-/// Contrast of the four squares at a tried place relative to that of its neighbours. Beside the last row of a board it is a half.
-const SQUARES: f64 = 0.65;
+/// Where the squares around a corner are looked at, in cells along both axes.
+const LOOK: f64 = 0.25;
+/// How much darker or brighter than the mean at their corner, in halves of the contrast, a square is at least, and the four are on
+/// average. Where two squares end at a grey background, the average is 0.5.
+const SQUARE: [f64; 2] = [-0.1, 0.6];
+/// Nearest to the border of the picture that a corner is looked for, px.
+const NEAREST: f64 = 3.0;
 /// Smallest and largest ratio of a corner's contrast to that of its neighbours.
 const CONTRAST: std::ops::RangeInclusive<f64> = 0.33..=3.0;
-/// A line at the rim with fewer corners than this is dropped: it adds little and may be chance.
-const FEWEST_IN_LINE: usize = 3;
+/// Share of a line at the rim that must be seen of what of it lies in the picture.
+const SEEN: f64 = 0.4;
 /// Share of the grid's corners that must stand the fit.
 const STANDING: f64 = 0.6;
 
@@ -45,7 +50,7 @@ pub(super) fn complete<T: Sample>(
     for (cell, px) in cells.iter() {
         places.set(cell, level.to_picture(px));
     }
-    let mut fitted = accepted(&fit(picture, &places), &places);
+    let mut fitted = accepted(picture, &fit(picture, &places), &places, lattice.black);
     if (fitted.len() as f64) < STANDING * cells.len() as f64 {
         return None;
     }
@@ -56,10 +61,10 @@ pub(super) fn complete<T: Sample>(
     }
     if added {
         let places = places_of(&fitted);
-        fitted = accepted(&fit(picture, &places), &places);
+        fitted = accepted(picture, &fit(picture, &places), &places, lattice.black);
     }
     drop_strays(&mut fitted);
-    drop_thin_lines(&mut fitted);
+    drop_thin_lines(&mut fitted, [picture.width(), picture.height()]);
     Some(fitted)
 }
 
@@ -104,19 +109,28 @@ fn fit_some<T: Sample>(
     fitted
 }
 
-/// Fits that are corners, stayed where the grid had them, and have the contrast of their neighbours.
-fn accepted(fitted: &Fitted, places: &Sheet<Vector2<f64>>) -> Fitted {
+/// Fits that are corners: they stayed where the grid had them, have the contrast of their neighbours, and four squares around
+/// them.
+fn accepted<T: Sample>(
+    picture: &Plane<T>,
+    fitted: &Fitted,
+    places: &Sheet<Vector2<f64>>,
+    black: bool,
+) -> Fitted {
     let mut kept = Sheet::new();
     for (cell, f) in fitted.iter().filter(|(_, f)| f.ok) {
-        let stayed = guess(places, cell, |p| p)
-            .zip(places.get(cell))
-            .is_some_and(|(g, start)| Guess { px: start, ..g }.off(f.px) < MOVE);
-        if stayed && contrast_beside(fitted, cell).is_none_or(|c| CONTRAST.contains(&(f.amplitude.abs() / c)))
-        {
+        let Some((g, start)) = guess(places, cell, |p| p).zip(places.get(cell)) else { continue };
+        let stayed = Guess { px: start, ..g }.off(f.px) < MOVE;
+        let alike = contrast_beside(fitted, cell).is_none_or(|c| CONTRAST.contains(&(f.amplitude.abs() / c)));
+        if stayed && alike && has_squares(picture, &Guess { px: f.px, ..g }, &f, black == is_even(cell)) {
             kept.set(cell, f);
         }
     }
     kept
+}
+
+const fn is_even(cell: Cell) -> bool {
+    (cell[0] + cell[1]).rem_euclid(2) == 0
 }
 
 /// Median of half the contrast of a cell's fitted neighbours.
@@ -134,13 +148,8 @@ fn grown<T: Sample>(picture: &Plane<T>, fitted: &Fitted, black: bool) -> Option<
     let mut tried = Vec::new();
     for cell in fitted.rim() {
         let Some(g) = guess(fitted, cell, |f| f.px) else { continue };
-        let inside = (0..2).all(|k| {
-            let size = [picture.width(), picture.height()][k] as f64;
-            g.px[k] >= 1.0 && g.px[k] <= size - 2.0
-        });
-        let Some(contrast) = contrast_beside(fitted, cell).filter(|_| inside) else { continue };
-        let is_black = black == ((cell[0] + cell[1]).rem_euclid(2) == 0);
-        if squares(picture, &g, is_black).is_some_and(|c| c > SQUARES * contrast) {
+        let Some(like) = any_beside(fitted, cell) else { continue };
+        if has_squares(picture, &g, &like, black == is_even(cell)) {
             places.set(cell, g.px);
             tried.push(cell);
         }
@@ -157,7 +166,7 @@ fn grown<T: Sample>(picture: &Plane<T>, fitted: &Fitted, black: bool) -> Option<
             }
         }
     }
-    let near = accepted(&fit_some(picture, &places, &cells, false), &places);
+    let near = accepted(picture, &fit_some(picture, &places, &cells, false), &places, black);
     let mut more = fitted.clone();
     let mut found = false;
     for cell in tried {
@@ -169,20 +178,32 @@ fn grown<T: Sample>(picture: &Plane<T>, fitted: &Fitted, black: bool) -> Option<
     found.then_some(more)
 }
 
-/// Half the contrast between the squares around a place, white less black as the colours ask for; squares outside the picture
-/// are left out, but each colour must be seen.
-fn squares<T: Sample>(picture: &Plane<T>, g: &Guess, black: bool) -> Option<f64> {
-    let mut sums = [[0.0, 0.0]; 2];
+/// The fit of a neighbour.
+fn any_beside(fitted: &Fitted, cell: Cell) -> Option<Fit> {
+    STEPS.iter().find_map(|s| fitted.get(add(cell, *s)))
+}
+
+/// Whether there are four squares of the right colours around a place, by the levels of `like`. Beside the last row of a board two
+/// of them are missing. Near the border of the picture they are looked at nearer to the corner; all must be seen.
+fn has_squares<T: Sample>(picture: &Plane<T>, g: &Guess, like: &Fit, black: bool) -> bool {
+    let size = [picture.width(), picture.height()].map(|s| s as f64);
+    let mut sum = 0.0;
     for (su, sv) in [(1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)] {
-        let at = g.px + g.uv[0] * (0.3 * su) + g.uv[1] * (0.3 * sv);
-        if let Some(level) = level_at(picture, at) {
-            let dark = (su * sv > 0.0) == black;
-            sums[usize::from(dark)][0] += level;
-            sums[usize::from(dark)][1] += 1.0;
+        let out = g.uv[0] * (LOOK * su) + g.uv[1] * (LOOK * sv);
+        let room = |k: usize| if out[k] > 0.0 { size[k] - 2.0 - g.px[k] } else { g.px[k] - 1.0 };
+        let part = (0..2).map(|k| room(k) / out[k].abs().max(1e-9)).fold(1.0, f64::min);
+        if part < 1.0 && (0..2).any(|k| room(k) < NEAREST) {
+            return false;
         }
+        let Some(level) = level_at(picture, g.px + out * part) else { return false };
+        let bright = (level - like.mean) / like.amplitude.abs();
+        let right = if (su * sv > 0.0) == black { -bright } else { bright };
+        if right < SQUARE[0] {
+            return false;
+        }
+        sum += right.min(1.5);
     }
-    let [bright, dark] = sums;
-    (bright[1] > 0.0 && dark[1] > 0.0).then(|| 0.5 * (bright[0] / bright[1] - dark[0] / dark[1]))
+    sum > 4.0 * SQUARE[1]
 }
 
 /// Mean of 3 × 3 pixels; `None` outside the picture.
@@ -225,16 +246,23 @@ fn drop_strays(fitted: &mut Fitted) {
     }
 }
 
-/// Drops lines at the rim that hold next to nothing.
-fn drop_thin_lines(fitted: &mut Fitted) {
+/// Drops lines at the rim of which little is seen although they lie in the picture: they may be chance.
+fn drop_thin_lines(fitted: &mut Fitted, size: [usize; 2]) {
     while let Some(bounds) = fitted.bounds() {
-        let thin = (0..2)
-            .flat_map(|k| bounds[k].map(|at| (k, at)))
-            .find(|(k, at)| fitted.iter().filter(|(cell, _)| cell[*k] == *at).count() < FEWEST_IN_LINE);
-        let Some((k, at)) = thin else { break };
+        let ends = (0..2).flat_map(|k| bounds[k].map(|at| (k, at)));
+        let Some((k, at)) = ends.into_iter().find(|(k, at)| is_thin(fitted, size, *k, *at)) else { break };
         let line: Vec<Cell> = fitted.iter().map(|(cell, _)| cell).filter(|c| c[k] == at).collect();
         for cell in line {
             fitted.remove(cell);
         }
     }
+}
+
+fn is_thin(fitted: &Fitted, size: [usize; 2], k: usize, at: i32) -> bool {
+    let seen = fitted.iter().filter(|(cell, _)| cell[k] == at).count();
+    let missing =
+        fitted.rim().into_iter().filter(|cell| cell[k] == at).filter_map(|c| guess(fitted, c, |f| f.px));
+    let inside =
+        |g: &Guess| (0..2).all(|k| g.px[k] > 2.0 * NEAREST && g.px[k] < size[k] as f64 - 2.0 * NEAREST);
+    (seen as f64) < SEEN * (seen + missing.filter(inside).count()) as f64 || seen < 2
 }

@@ -10,7 +10,7 @@ use crate::calib::image::{Plane, Sample};
 /// need not be whole ones.
 const AT: [f64; 2] = [0.3, 1.35];
 /// Share of the contrast with which squares alternate, at least where there are some, at most where there are none.
-const ALTERNATE: [f64; 2] = [0.5, 0.25];
+const ALTERNATE: [f64; 2] = [0.6, 0.5];
 
 /// Whether the board ends beyond the first column, last column, first row, last row. `black`: the square between +column and
 /// +row of cell (0, 0).

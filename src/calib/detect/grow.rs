@@ -27,6 +27,8 @@ const CONTRAST: std::ops::RangeInclusive<f32> = 0.35..=2.9;
 const QUALITY: [f32; 2] = [0.6, 0.45];
 /// Most saddles that are looked at: a picture of nothing but texture must not take minutes.
 const MOST: usize = 20_000;
+/// A neighbour that is not among this many saddles is none: squares have nothing inside.
+const CROWD: usize = 40;
 /// Side of the buckets that saddles are looked up in, px.
 const BUCKET: f64 = 16.0;
 
@@ -82,7 +84,7 @@ impl<'a> Field<'a> {
     }
 
     /// Number of saddles.
-    pub(super) fn len(&self) -> usize {
+    pub(super) const fn len(&self) -> usize {
         self.saddles.len()
     }
 
@@ -141,59 +143,49 @@ impl<'a> Field<'a> {
             .flat_map(|b| self.buckets[b].iter().map(|i| *i as usize))
     }
 
-    /// The nearest saddle along one edge of `from` whose colours are the other way round.
-    fn neighbour(
-        &self,
-        from: usize,
-        along: Vector2<f64>,
-        across: Vector2<f64>,
-        taken: &[bool],
-    ) -> Option<usize> {
+    /// The nearest saddles along the edges of `from`, in the directions of its axes and against them, whose colours are the
+    /// other way round.
+    fn neighbours(&self, from: usize, taken: &[bool]) -> [[Option<usize>; 2]; 2] {
         let s = &self.saddles[from];
         let largest = (self.picture.width().max(self.picture.height()) / 3) as f64;
         let mut reach = 24.0;
         loop {
-            let mut best: Option<(f64, usize)> = None;
+            let mut best = [[None; 2]; 2];
+            let mut nearest = [[reach; 2]; 2];
+            let mut seen = 0;
             for i in self.near(s.px, reach) {
+                seen += 1;
                 let step = self.saddles[i].px - s.px;
                 let distance = step.norm();
-                let nearer = best.is_none_or(|(d, _)| distance < d);
-                if i == from || taken[i] || !nearer || distance > reach || step.dot(&along) <= 0.0 {
+                let Some(k) = (0..2).find(|k| step.perp(&s.axes[*k]).abs() < ALONG_FIRST * distance) else {
+                    continue;
+                };
+                let side = usize::from(step.dot(&s.axes[k]) < 0.0);
+                if distance >= nearest[k][side] || taken[i] || i == from {
                     continue;
                 }
-                // A right-handed frame whichever way the step goes.
-                let uv = if along.perp(&across) > 0.0 { [step, across] } else { [step, -across] };
-                if step.perp(&along).abs() < ALONG_FIRST * distance
-                    && CONTRAST.contains(&(self.saddles[i].contrast / s.contrast))
-                    && self.saddles[i]
-                        .mismatch(uv, self.black_at(s, uv) == Some(false))
-                        .is_some_and(|m| m < ALONG)
+                // Black lies between the first axis and the second here, so beside them there; the frame stays right-handed.
+                let along = if side == 0 { step } else { -step };
+                let uv = if k == 0 { [along, s.axes[1]] } else { [s.axes[0], along] };
+                if CONTRAST.contains(&(self.saddles[i].contrast / s.contrast))
+                    && self.saddles[i].mismatch(uv, false).is_some_and(|m| m < ALONG)
                 {
-                    best = Some((distance, i));
+                    (nearest[k][side], best[k][side]) = (distance, Some(i));
                 }
             }
-            if best.is_some() {
-                return best.map(|b| b.1);
-            }
+            let cell = best.iter().all(|b| b.iter().any(Option::is_some));
             reach *= 2.0;
-            if reach > largest {
-                return None;
+            if cell || reach > largest || seen > CROWD {
+                return best;
             }
         }
     }
 
-    /// Whether the square between +u and +v is black at a saddle.
-    fn black_at(&self, s: &Saddle, uv: [Vector2<f64>; 2]) -> Option<bool> {
-        [true, false].into_iter().find(|black| s.mismatch(uv, *black).is_some())
-    }
-
     /// Four corners around one square at a saddle: cells (0, 0), (1, 0), (0, 1), (1, 1), black between (0, 0)'s +column and +row.
     fn first_cell(&self, seed: usize, taken: &[bool]) -> Option<[usize; 4]> {
-        let [a, b] = self.saddles[seed].axes;
-        for sign in [1.0, -1.0] {
-            let (u, v) = (a * sign, b * sign);
-            let Some(right) = self.neighbour(seed, u, v, taken) else { continue };
-            let Some(below) = self.neighbour(seed, v, u, taken) else { continue };
+        let [along, across] = self.neighbours(seed, taken);
+        for side in 0..2 {
+            let (Some(right), Some(below)) = (along[side], across[side]) else { continue };
             let [p, q, r] = [seed, right, below].map(|i| self.saddles[i].px);
             let steps = [q - p, r - p];
             if steps[0].perp(&steps[1]) <= 0.0 {

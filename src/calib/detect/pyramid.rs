@@ -98,6 +98,19 @@ fn median3(a: u8, b: u8, c: u8) -> u8 {
     a.min(b).max(a.max(b).min(c))
 }
 
+/// Whether single pixels stand out of their surroundings as dead ones and bit errors do, in more than one of 500.
+pub(super) fn is_peppered(picture: &Plane<u8>) -> bool {
+    let (mut total, mut lone) = (0, 0);
+    for y in (0..picture.height()).step_by(1 + picture.height() / 300) {
+        for t in picture.row(y).windows(3).step_by(2) {
+            let [before, after] = [t[1].abs_diff(t[0]), t[1].abs_diff(t[2])];
+            lone += usize::from(before.min(after) > 60 && t[0].abs_diff(t[2]) < 30);
+            total += 1;
+        }
+    }
+    500 * lone > total
+}
+
 /// Standard deviation of the noise, grey levels: the median size of a second difference along rows, which edges do not move
 /// (after J. Immerkær, CVIU 64(2), 1996, with a median in place of a mean).
 pub(super) fn noise(picture: &Plane<u8>) -> f32 {

@@ -10,7 +10,7 @@ use super::{
     ends::ends,
     gradient,
     grow::{Field, Lattice},
-    pyramid::{Level, eight_bits, halve, median, noise},
+    pyramid::{Level, eight_bits, halve, is_peppered, median, noise},
     reason::{Searched, why},
     response::{RING, Ring, SMALL_RING},
     sheet::{STEPS, Sheet, add},
@@ -46,13 +46,10 @@ pub(super) fn search<T: Sample>(picture: &Plane<T>, gray: &Gray, refinement: Ref
     let mut look = |level: &Level<'_>, ring: &'static Ring| -> Option<Found> {
         let mut field = Field::new(&level.picture, ring, noise(&level.picture));
         searched.saddles = searched.saddles.max(field.len());
-        let lattice = field.largest(4)?;
-        searched.corners = searched.corners.max(lattice.cells.len());
-        if !is_board(&lattice.cells) {
-            return None;
-        }
-        let fitted = complete(picture, level, &lattice).filter(is_board)?;
-        Some(Found { fitted, black: lattice.black, spacing: spacing(&lattice) })
+        let lattice = field.largest(FEWEST / 2)?;
+        let fitted = complete(picture, level, &lattice)?;
+        searched.corners = searched.corners.max(fitted.len());
+        is_board(&fitted).then(|| Found { black: lattice.black, spacing: spacing(&lattice), fitted })
     };
     // From the start to finer levels, then to coarser ones, which see through blur and noise.
     let order = (finest..=start).rev().chain(start + 1..levels.len());
@@ -68,7 +65,7 @@ pub(super) fn search<T: Sample>(picture: &Plane<T>, gray: &Gray, refinement: Ref
     if best.is_none() {
         best = look(&levels[finest], &SMALL_RING);
     }
-    if best.is_none() {
+    if best.is_none() && is_peppered(&levels[finest].picture) {
         let clean =
             Level { level: levels[finest].level, picture: Cow::Owned(median(&levels[finest].picture)) };
         best = look(&clean, &RING);
