@@ -8,11 +8,11 @@ Pictures and truth are `straightedge synth`'s, corners are `straightedge detect`
 true places of all corners that were found, RMS and 95th percentile, px. A corner is wrong if its index is (modulo the
 board's symmetry) or if it is more than 1 px off.
 """
-import json, math, pathlib, random, subprocess, sys, tempfile
+import json, math, os, pathlib, random, subprocess, sys, tempfile
 import cv2, numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PROGRAM = ROOT / "target/release/straightedge"
+PROGRAM = os.environ.get("STRAIGHTEDGE", ROOT / "target/release/straightedge")
 COLS, ROWS, VIEWS = 9, 6, 16
 LEVELS = [  # name, --degrade, kind of scene
     ("clean", "", "usual"), ("noise 2", "noise=2", "usual"), ("noise 5", "noise=5", "usual"), ("noise 10", "noise=10", "usual"),
