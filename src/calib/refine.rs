@@ -33,7 +33,7 @@ use std::ops::ControlFlow;
 
 use super::{
     Error, Result,
-    camera::{MAX_PARAMS, Model, Spec},
+    camera::{Model, Spec},
     pose::Pose,
     solution::{Iteration, Termination},
 };
@@ -158,11 +158,17 @@ pub struct Limits {
     pub iterations: usize,
     /// Converged when the predicted relative decrease of the cost is below this.
     pub tolerance: f64,
+    /// Damping of the first step: small where the start is near the optimum.
+    pub damping: f64,
 }
 
 impl Limits {
-    /// To the last digit that matters: the remaining distance is below 1e-4 σ of every parameter.
-    pub const FULL: Self = Self { iterations: 100, tolerance: 1e-14 };
+    /// To the last digit that matters: a decrease of the cost by σ₀² is a distance of one σ, and the last step is shorter
+    /// than 1e-4 σ of every parameter (rounding of the sum allows no less than 1e-14).
+    pub fn full(corners: usize) -> Self {
+        let tolerance = (1e-9 / (2 * corners.max(1)) as f64).max(1e-14);
+        Self { iterations: 100, tolerance, damping: 1e-4 }
+    }
 }
 
 /// Where the refinement arrived.
@@ -176,9 +182,10 @@ pub struct Refined {
     pub termination: Termination,
     /// Each step.
     pub iterations: Vec<Iteration>,
+    /// Damping that the next step would have taken.
+    pub damping: f64,
 }
 
-const FIRST_DAMPING: f64 = 1e-4;
 const LARGEST_DAMPING: f64 = 1e12;
 
 /// Refines from `start` until convergence or a limit. `report` is asked after each step whether to go on.
@@ -199,7 +206,7 @@ pub fn refine(
     let mut system = Normal::new(problem);
     let mut work = schur::Eliminated::new(problem);
     let mut iterations = Vec::new();
-    let mut damping = FIRST_DAMPING;
+    let mut damping = limits.damping;
     let mut fresh = false;
     let mut termination = Termination::IterationLimit;
     let mut nearly = false; // the first step from the current point promised next to nothing
@@ -226,7 +233,7 @@ pub fn refine(
                 termination = Termination::GradientConverged;
                 break;
             }
-            nearly = step.predicted <= 1e3 * limits.tolerance.max(1e-15) * sum.cost;
+            nearly = step.predicted <= limits.tolerance.max(1e-11) * sum.cost;
         }
         let next = moved(problem, &at, &work);
         let trial = normal::cost(problem, &next);
@@ -260,7 +267,7 @@ pub fn refine(
             }
         }
     }
-    Ok(Refined { state: uncentred(problem, &at), cost: sum.cost, termination, iterations })
+    Ok(Refined { state: uncentred(problem, &at), cost: sum.cost, termination, iterations, damping })
 }
 
 /// Information matrix `U − Σ W V⁻¹ Wᵀ` of the free intrinsics at `state`, with the a-priori weights only: its inverse
@@ -308,5 +315,3 @@ fn moved(problem: &Problem<'_>, at: &State, work: &schur::Eliminated) -> State {
     });
     State { params, poses: poses.collect() }
 }
-
-const _: () = assert!(MAX_PARAMS + 7 < normal::MAX_COLUMNS + 1);

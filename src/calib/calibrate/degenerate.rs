@@ -103,7 +103,7 @@ fn excluded(
                 }
             }
         }
-        match refine::refine(&held, &at, Limits { iterations: 30, tolerance: 1e-6 }, tick) {
+        match refine::refine(&held, &at, Limits { iterations: 30, tolerance: 1e-6, damping: 1e-4 }, tick) {
             Ok(refined) => (at, cost) = (refined.state, refined.cost),
             Err(Error::Stopped) => return Err(Error::Stopped),
             // It does not even see the board: that fits worse.

@@ -63,7 +63,7 @@ pub fn pose_of(camera: &Camera, target: &Target, corners: &[Corner]) -> Result<(
     };
     let refined = |pose: Pose| {
         let start = State { params: camera.params.clone(), poses: vec![pose] };
-        refine::refine(&problem, &start, Limits::FULL, &mut || ControlFlow::Continue(())).ok()
+        refine::refine(&problem, &start, Limits::full(px.len()), &mut || ControlFlow::Continue(())).ok()
     };
     let best = [Some(first), mirrored(&first, &middle)]
         .into_iter()

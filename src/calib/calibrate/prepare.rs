@@ -134,7 +134,7 @@ pub(super) fn pose(view: &Seen, model: Model, params: &[f64]) -> Option<(Block, 
     let pose = zhang::pose(&view.homography, k, view.middle())?;
     let free = Free::none(model);
     let start = State { params: params.to_vec(), poses: vec![pose] };
-    let limits = Limits { iterations: 4, tolerance: 1e-3 };
+    let limits = Limits { iterations: 2, tolerance: 1e-3, damping: 1e-6 };
     let go_on = &mut || ControlFlow::Continue(());
     let refined = refine::refine(&alone(&block, model, &free), &start, limits, go_on).ok()?;
     let pose = *refined.state.poses.first()?;

@@ -37,27 +37,22 @@ pub(super) fn fit(
     options: &Options,
     report: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<Fitted> {
-    const ROUNDS: usize = 12;
+    const ROUNDS: usize = 30;
     let mut blocks = problem.blocks.to_vec();
     let robust = options.loss == Loss::Huber;
     let weighted = options.weights == Weights::Sigma && uneven(views);
-    let full = Limits { iterations: options.max_iterations, ..Limits::FULL };
-    let coarse = Limits { iterations: options.max_iterations, tolerance: 1e-7 };
+    // The start is near already. In most rounds one step is enough: the scale moves less than that.
+    let mut limits = Limits { iterations: options.max_iterations, tolerance: 1e-3, damping: 1e-7 };
     let adaptive = robust || weighted;
     let mut history: Vec<Iteration> = Vec::new();
     let mut at = start;
     let mut huber_px = None;
     let mut scale_px = 0.0;
     if adaptive {
-        // A first look without either, then rounds until scale and weights stand still.
+        // Rounds until scale and weights stand still.
         let mut excess = f64::NAN;
-        for round in 0..ROUNDS {
-            let now = refine::Problem { blocks: &blocks, huber_px, ..*problem };
-            let limits = if round == 0 { Limits { tolerance: 1e-3, ..coarse } } else { coarse };
-            let refined = refine::refine(&now, &at, limits, report)?;
-            history.extend(&refined.iterations);
-            at = refined.state;
-            let residuals = all_residuals(&now, &at);
+        for _ in 0..ROUNDS {
+            let residuals = all_residuals(problem, &at);
             let before = (scale_px, excess);
             if weighted {
                 excess = excess_variance(views, &residuals);
@@ -73,10 +68,16 @@ pub(super) fn fit(
             {
                 break;
             }
+            let now = refine::Problem { blocks: &blocks, huber_px, ..*problem };
+            let refined = refine::refine(&now, &at, limits, report)?;
+            history.extend(&refined.iterations);
+            limits.damping = refined.damping;
+            at = refined.state;
         }
     }
     let now = refine::Problem { blocks: &blocks, huber_px, ..*problem };
-    let mut refined = refine::refine(&now, &at, full, report)?;
+    limits.tolerance = Limits::full(views.iter().map(|v| v.px.len()).sum()).tolerance;
+    let mut refined = refine::refine(&now, &at, limits, report)?;
     history.append(&mut refined.iterations);
     refined.iterations = history;
     let residuals = all_residuals(&now, &refined.state);
@@ -109,29 +110,16 @@ fn uneven(views: &[Seen]) -> bool {
 
 /// Variance per coordinate that the residuals show beyond the corners' own σ², px²: the typical normalised residual
 /// becomes that of normal noise.
+///
+/// Half of all corners have `r²/(σ² + excess) ≤ m²`, m the median length: so `excess` is the median of `r²/m² − σ²`.
 fn excess_variance(views: &[Seen], residuals: &[Vec<Vector2<f64>>]) -> f64 {
-    let pairs: Vec<(f64, f64)> = views
+    let mut beyond: Vec<f64> = views
         .iter()
         .zip(residuals)
-        .flat_map(|(v, r)| r.iter().zip(&v.sigma_px).map(|(r, s)| (r.norm_squared(), floored(*s).powi(2))))
+        .flat_map(|(v, r)| r.iter().zip(&v.sigma_px))
+        .map(|(r, s)| r.norm_squared() / (MEDIAN_LENGTH * MEDIAN_LENGTH) - floored(*s).powi(2))
         .collect();
-    let mut ratios = vec![0.0; pairs.len()];
-    let mut typical = |excess: f64| {
-        for (ratio, (square, variance)) in ratios.iter_mut().zip(&pairs) {
-            *ratio = square / (variance + excess);
-        }
-        median(&mut ratios)
-    };
-    let target = MEDIAN_LENGTH * MEDIAN_LENGTH;
-    if typical(0.0) <= target {
-        return 0.0;
-    }
-    let (mut low, mut high) = (0.0, pairs.iter().map(|p| p.0).fold(0.0, f64::max));
-    for _ in 0..40 {
-        let mid = 0.5 * (low + high);
-        if typical(mid) > target { low = mid } else { high = mid }
-    }
-    0.5 * (low + high)
+    median(&mut beyond).max(0.0)
 }
 
 fn floored(sigma_px: f64) -> f64 {

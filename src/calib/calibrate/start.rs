@@ -2,7 +2,8 @@
 //!
 //! A wrong start can end in a wrong minimum (a real set of wide-angle pictures goes to a focal length five times too long
 //! from the middle of the usual range), so guesses over the whole range of lenses are refined on at most [`VIEWS`] views ×
-//! [`CORNERS`] corners, whatever the size of the problem, and the best goes on to the full refinement.
+//! [`CORNERS`] corners, whatever the size of the problem, and the best goes on to the full refinement. Least squares comes
+//! first, because a robust loss is slow from far away; where several guesses meet, the robust refinement is done once.
 
 use nalgebra::{Matrix3, Vector2};
 use std::ops::ControlFlow;
@@ -11,16 +12,21 @@ use super::{Options, Problem, options::Constraints, prepare::Seen};
 use crate::calib::{
     Error, Result,
     camera::Camera,
-    refine::{self, Limits, State, block::Block},
+    refine::{self, Limits, Refined, State, block::Block},
     solution::{ClosedForm, Start, Starts},
     zhang,
 };
 
-const VIEWS: usize = 12;
-const CORNERS: usize = 24;
-const LIMITS: Limits = Limits { iterations: 20, tolerance: 1e-4 };
-/// Focal lengths that are tried, in picture widths: from fisheye to tele.
-const FOCALS: [f64; 5] = [0.35, 0.6, 1.0, 1.8, 4.0];
+const VIEWS: usize = 8;
+const CORNERS: usize = 16;
+const ROUGH: Limits = Limits { iterations: 14, tolerance: 1e-2, damping: 1e-3 };
+const FINE: Limits = Limits { iterations: 20, tolerance: 1e-3, damping: 1e-6 };
+/// Focal lengths that are tried, in picture widths, from fisheye to tele; neighbours are not tried one after the other.
+const FOCALS: [f64; 5] = [0.6, 1.8, 0.35, 4.0, 1.0];
+/// Of these at least so many are tried…
+const BLIND: usize = 2;
+/// …and the others not, where so many guesses of all kinds met at the best optimum.
+const ENOUGH: usize = 4;
 
 /// A guess of all parameters.
 struct Guess {
@@ -55,30 +61,47 @@ pub(super) fn choose(
     let chosen = diverse(views);
     let blocks: Vec<Block> = chosen.iter().map(|&i| thinned(&views[i])).collect();
     let bent = views.iter().map(|v| v.bent_px).fold(0.0, f64::max);
-    let reduced = refine::Problem {
+    let plain = refine::Problem {
         spec: setup.model.spec(),
         free: &constraints.free,
         blocks: &blocks,
-        // Generous: it only has to keep one bad picture from ruling the choice.
-        huber_px: Some(3.0 * bent.max(0.3)),
+        huber_px: None,
         single_precision: false,
     };
+    // Generous: it only has to keep one bad picture from ruling the choice.
+    let robust = refine::Problem { huber_px: Some(3.0 * bent.max(0.3)), ..plain };
     let mut tried: Vec<(Start, Option<(Vec<f64>, f64)>)> = Vec::new();
-    for guess in guesses {
-        let k = [guess.params[0], guess.params[1], guess.params[2], guess.params[3]];
+    let mut met: Vec<(Refined, Option<Refined>)> = Vec::new();
+    let spared = guesses.len().saturating_sub(FOCALS.len() - BLIND);
+    for (i, Guess { name, params }) in guesses.into_iter().enumerate() {
+        let costs = tried.iter().filter_map(|(_, r)| Some(r.as_ref()?.1));
+        let least = costs.clone().fold(f64::INFINITY, f64::min);
+        if i >= spared && costs.filter(|c| *c <= least).count() >= ENOUGH {
+            break;
+        }
+        let mut start = Start { name, focal_px: params[0], rms_px: None };
+        let k = [params[0], params[1], params[2], params[3]];
         let poses: Option<Vec<_>> =
             chosen.iter().map(|&i| zhang::pose(&views[i].homography, k, views[i].middle())).collect();
-        let refined = poses.and_then(|poses| {
-            let state = State { params: guess.params.clone(), poses };
-            refine::refine(&reduced, &state, LIMITS, report)
-                .map_or_else(|e| matches!(e, Error::Stopped).then_some(Err(e)), |r| Some(Ok(r)))
-        });
-        let refined = refined.transpose()?;
-        let rms_px = refined.as_ref().and_then(|r| Some(r.iterations.last()?.rms_px));
-        tried.push((
-            Start { name: guess.name, focal_px: guess.params[0], rms_px },
-            refined.map(|r| (r.state.params, r.cost)),
-        ));
+        let rough = match poses {
+            Some(poses) => attempt(&plain, &State { params, poses }, ROUGH, report)?,
+            None => None,
+        };
+        let Some(rough) = rough else {
+            tried.push((start, None));
+            continue;
+        };
+        let place = match met.iter().position(|(other, _)| meets(&rough, other)) {
+            Some(place) => place,
+            None => {
+                let fine = attempt(&robust, &rough.state, FINE, report)?;
+                met.push((rough, fine));
+                met.len() - 1
+            }
+        };
+        let fine = met[place].1.as_ref();
+        start.rms_px = fine.and_then(|r| Some(r.iterations.last()?.rms_px));
+        tried.push((start, fine.map(|r| (r.state.params.clone(), r.cost))));
     }
     let best = tried
         .iter()
@@ -106,6 +129,25 @@ pub(super) fn choose(
         closed_form,
         singular_values: linear.singular_values,
     })
+}
+
+/// Refines; `None` where the start does not see the board.
+fn attempt(
+    problem: &refine::Problem<'_>,
+    start: &State,
+    limits: Limits,
+    report: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<Option<Refined>> {
+    match refine::refine(problem, start, limits, report) {
+        Err(Error::Stopped) => Err(Error::Stopped),
+        other => Ok(other.ok()),
+    }
+}
+
+/// Whether two rough refinements are on their way to the same optimum.
+fn meets(a: &Refined, b: &Refined) -> bool {
+    (a.cost / b.cost - 1.0).abs() < 0.05
+        && (0..2).all(|i| (a.state.params[i] / b.state.params[i] - 1.0).abs() < 0.02)
 }
 
 fn guesses(problem: &Problem, constraints: &Constraints, linear: &zhang::ClosedForm) -> Vec<Guess> {

@@ -8,8 +8,7 @@ use crate::calib::{
     pose::Pose,
 };
 
-/// Six of the pose, the residual, the intrinsics, one of padding to an even number.
-pub(super) const MAX_COLUMNS: usize = 6 + 1 + MAX_PARAMS + 1;
+/// Six of the pose, the residual, the intrinsics.
 const RESIDUAL: usize = 6;
 const INTRINSICS: usize = 7;
 
@@ -35,9 +34,25 @@ pub(super) struct Normal {
     /// `JbᵀJp`: one row of six for each view and free parameter.
     pub w: Vec<[f64; 6]>,
     pub corners: usize,
-    columns: [Vec<Column>; 2],
-    rows: Vec<Rows>,
+    /// Of u, of v.
+    sides: [Side; 2],
 }
+
+/// What one coordinate of the picture contributes.
+struct Side {
+    /// The intrinsics that move it.
+    columns: Vec<Column>,
+    /// Number of columns with those of pose and residual, made even.
+    width: usize,
+    /// Weighted columns of one view: `width` for each [`LANES`] corners.
+    rows: Vec<Lanes>,
+    /// Products of columns `[a · width + b]`, `b ≤ a`, not yet summed over lanes. Those with a column of the pose are of one
+    /// view, the others run over all views.
+    products: Vec<[f64; HALF]>,
+}
+
+/// Lanes in which products are summed.
+const HALF: usize = LANES / 2;
 
 /// An active column of the intrinsics: parameter of the model and its place among the free ones.
 #[derive(Clone, Copy)]
@@ -45,10 +60,6 @@ struct Column {
     param: usize,
     slot: usize,
 }
-
-/// Weighted columns of [`LANES`] corners: of u, of v.
-#[derive(Clone)]
-struct Rows([[Lanes; MAX_COLUMNS]; 2]);
 
 /// Sums over all corners.
 #[derive(Clone, Copy, Debug, Default)]
@@ -71,15 +82,17 @@ impl Sum {
 impl Normal {
     pub(super) fn new(problem: &Problem<'_>) -> Self {
         let n = problem.spec.params.len();
-        // u never depends on fy, cy (1, 3), v never on fx, cx (0, 2).
-        let columns = [[1, 3], [0, 2]].map(|absent| {
-            (0..n)
-                .filter(|i| !absent.contains(i))
-                .filter_map(|param| Some(Column { param, slot: problem.free.slot(param)? }))
-                .collect()
-        });
         let chunks = problem.blocks.iter().map(|b| b.points.len()).max().unwrap_or(0);
         let views = problem.blocks.len();
+        // u never depends on fy, cy (1, 3), v never on fx, cx (0, 2).
+        let sides = [[1, 3], [0, 2]].map(|absent| {
+            let free = (0..n).filter(|i| !absent.contains(i));
+            let columns: Vec<_> =
+                free.filter_map(|param| Some(Column { param, slot: problem.free.slot(param)? })).collect();
+            let width = (INTRINSICS + columns.len()).next_multiple_of(2);
+            let rows = vec![[0.0; LANES]; chunks * width];
+            Side { columns, width, rows, products: vec![[0.0; HALF]; width * width] }
+        });
         Self {
             free: problem.free.len(),
             u: [[0.0; MAX_PARAMS]; MAX_PARAMS],
@@ -87,80 +100,102 @@ impl Normal {
             views: vec![ViewBlocks::default(); views],
             w: vec![[0.0; 6]; views * problem.free.len()],
             corners: problem.blocks.iter().map(Block::len).sum(),
-            columns,
-            rows: vec![Rows([[[0.0; LANES]; MAX_COLUMNS]; 2]); chunks],
+            sides,
         }
     }
 
     /// Fills all blocks at a point (poses centred).
     pub(super) fn build(&mut self, problem: &Problem<'_>, at: &State) {
-        self.u = [[0.0; MAX_PARAMS]; MAX_PARAMS];
-        self.gu = [0.0; MAX_PARAMS];
         let mut batch = Batch::ZERO;
+        for side in &mut self.sides {
+            side.products.fill([0.0; HALF]);
+        }
         for (i, (block, pose)) in problem.blocks.iter().zip(&at.poses).enumerate() {
-            for c in 0..block.points.len() {
-                linearise(problem, &at.params, block, pose, c, &mut batch, &self.columns, &mut self.rows[c]);
+            let chunks = block.points.len();
+            for chunk in 0..chunks {
+                linearise(problem, &at.params, block, pose, chunk, &mut batch, &mut self.sides);
             }
             self.views[i] = ViewBlocks { corners: block.len(), ..ViewBlocks::default() };
-            let p = self.free;
-            self.w[i * p..(i + 1) * p].fill([0.0; 6]);
-            for side in 0..2 {
-                self.add(i, side, block.points.len());
+            let w = &mut self.w[i * self.free..(i + 1) * self.free];
+            w.fill([0.0; 6]);
+            for side in &mut self.sides {
+                side.multiply(chunks);
+                side.add_pose(&mut self.views[i], w);
             }
         }
-    }
-
-    /// Adds the products of one side's columns to the blocks of view `i`.
-    fn add(&mut self, i: usize, side: usize, chunks: usize) {
-        let columns = &self.columns[side];
-        let n = INTRINSICS + columns.len();
-        let rows = &self.rows[..chunks];
-        let view = &mut self.views[i];
-        let w = &mut self.w[i * self.free..(i + 1) * self.free];
-        for a in (0..n).step_by(2) {
-            for b in (0..=a).step_by(2) {
-                let t = products(rows, side, a, b);
-                for (r, row) in (a..n.min(a + 2)).zip(&t) {
-                    for (c, &value) in (b..=r.min(b + 1)).zip(row) {
-                        match (r, c) {
-                            (..RESIDUAL, _) => view.v[r][c] += value,
-                            (RESIDUAL, ..RESIDUAL) => view.g[c] += value,
-                            (RESIDUAL, _) => {}
-                            (_, ..RESIDUAL) => w[columns[r - INTRINSICS].slot][c] += value,
-                            (_, RESIDUAL) => self.gu[columns[r - INTRINSICS].slot] += value,
-                            _ => {
-                                let (x, y) = (columns[r - INTRINSICS].slot, columns[c - INTRINSICS].slot);
-                                // Two columns that share one value contribute their product twice.
-                                let twice = if x == y && r != c { 2.0 } else { 1.0 };
-                                self.u[x.max(y)][x.min(y)] += twice * value;
-                            }
-                        }
-                    }
-                }
-            }
+        self.u = [[0.0; MAX_PARAMS]; MAX_PARAMS];
+        self.gu = [0.0; MAX_PARAMS];
+        for side in &self.sides {
+            side.add_intrinsics(&mut self.u, &mut self.gu);
         }
     }
 }
 
-/// Products of columns a, a+1 with columns b, b+1, summed over all corners.
-#[inline(always)]
-fn products(rows: &[Rows], side: usize, a: usize, b: usize) -> [[f64; 2]; 2] {
-    const HALF: usize = LANES / 2;
-    let mut sum = [[[0.0; HALF]; 2]; 2];
-    for Rows(row) in rows {
-        let row = &row[side];
-        let (x, y) = ([&row[a], &row[a + 1]], [&row[b], &row[b + 1]]);
-        for h in [0, HALF] {
-            for i in 0..2 {
-                for j in 0..2 {
-                    for l in 0..HALF {
-                        sum[i][j][l] += x[i][h + l] * y[j][h + l];
+impl Side {
+    /// Products of all columns of one view, in tiles of 2 × 2.
+    fn multiply(&mut self, chunks: usize) {
+        let width = self.width;
+        let rows = &self.rows[..chunks * width];
+        for a in (0..width).step_by(2) {
+            for b in (0..=a).step_by(2) {
+                let place = |i: usize| (a + i) * width + b;
+                let mut sum = [[[0.0; HALF]; 2]; 2];
+                if b >= RESIDUAL {
+                    for i in 0..2 {
+                        sum[i].copy_from_slice(&self.products[place(i)..place(i) + 2]);
                     }
+                }
+                for row in rows.chunks_exact(width) {
+                    let (x, y) = ([&row[a], &row[a + 1]], [&row[b], &row[b + 1]]);
+                    for h in [0, HALF] {
+                        for i in 0..2 {
+                            for j in 0..2 {
+                                for l in 0..HALF {
+                                    sum[i][j][l] += x[i][h + l] * y[j][h + l];
+                                }
+                            }
+                        }
+                    }
+                }
+                for i in 0..2 {
+                    self.products[place(i)..place(i) + 2].copy_from_slice(&sum[i]);
                 }
             }
         }
     }
-    sum.map(|r| r.map(|s| (s[0] + s[2]) + (s[1] + s[3])))
+
+    fn product(&self, a: usize, b: usize) -> f64 {
+        let lanes = &self.products[a * self.width + b];
+        (lanes[0] + lanes[2]) + (lanes[1] + lanes[3])
+    }
+
+    /// Adds what concerns the pose of the view multiplied last.
+    fn add_pose(&self, view: &mut ViewBlocks, w: &mut [[f64; 6]]) {
+        for a in 0..6 {
+            for b in 0..=a {
+                view.v[a][b] += self.product(a, b);
+            }
+            view.g[a] += self.product(RESIDUAL, a);
+        }
+        for (a, column) in self.columns.iter().enumerate() {
+            for b in 0..6 {
+                w[column.slot][b] += self.product(INTRINSICS + a, b);
+            }
+        }
+    }
+
+    /// Adds what concerns the intrinsics alone, of all views.
+    fn add_intrinsics(&self, u: &mut [[f64; MAX_PARAMS]; MAX_PARAMS], gu: &mut [f64; MAX_PARAMS]) {
+        for (a, x) in self.columns.iter().enumerate() {
+            gu[x.slot] += self.product(INTRINSICS + a, RESIDUAL);
+            for (b, y) in self.columns[..=a].iter().enumerate() {
+                // Two columns that share one value contribute their product twice.
+                let twice = if x.slot == y.slot && a != b { 2.0 } else { 1.0 };
+                u[x.slot.max(y.slot)][x.slot.min(y.slot)] +=
+                    twice * self.product(INTRINSICS + a, INTRINSICS + b);
+            }
+        }
+    }
 }
 
 /// `R x` and `R x + t` of one chunk.
@@ -187,8 +222,7 @@ fn linearise(
     pose: &Pose,
     chunk: usize,
     batch: &mut Batch,
-    columns: &[Vec<Column>; 2],
-    Rows(rows): &mut Rows,
+    sides: &mut [Side; 2],
 ) {
     let (q, placed) = transform(pose, &block.points[chunk]);
     (problem.spec.project_batch)(params, &placed, batch);
@@ -204,15 +238,17 @@ fn linearise(
     if let Some(k) = problem.huber_px {
         for l in 0..LANES {
             let e = root[l] * (r[0][l] * r[0][l] + r[1][l] * r[1][l]).sqrt();
-            let w = k / e.max(k);
-            let half = if e > k { 0.5 * w } else { 1.0 };
-            scale[l] = root[l] * half.sqrt();
-            pull[l] = root[l] * w / half.sqrt();
+            // Selected, not branched, so that all lanes go together.
+            let (longer, half, double) = if e > k { (e, 0.5, 2.0) } else { (k, 1.0, 1.0) };
+            let factor = (half * (k / longer)).sqrt();
+            scale[l] *= factor;
+            pull[l] *= double * factor;
         }
     }
-    for side in 0..2 {
+    for (side, Side { columns, width, rows, .. }) in sides.iter_mut().enumerate() {
         let by = &batch.by_point[side];
-        let row = &mut rows[side];
+        let (pose, intrinsics) = rows[chunk * *width..(chunk + 1) * *width].split_at_mut(INTRINSICS);
+        let Some(row) = pose.first_chunk_mut::<INTRINSICS>() else { continue };
         for l in 0..LANES {
             // ∂(R x)/∂ω = −[q]ₓ, q = R x.
             let (dx, dy, dz) = (scale[l] * by[0][l], scale[l] * by[1][l], scale[l] * by[2][l]);
@@ -224,14 +260,14 @@ fn linearise(
             row[5][l] = dz;
             row[RESIDUAL][l] = pull[l] * r[side][l];
         }
-        for (to, column) in row[INTRINSICS..].iter_mut().zip(&columns[side]) {
+        for (to, column) in intrinsics.iter_mut().zip(columns.iter()) {
             let from = &batch.by_params[side][column.param];
             for l in 0..LANES {
                 to[l] = scale[l] * from[l];
             }
         }
         if problem.single_precision {
-            for value in row.iter_mut().flatten() {
+            for value in pose.iter_mut().chain(intrinsics).flatten() {
                 *value = f64::from(*value as f32);
             }
         }
