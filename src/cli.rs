@@ -60,7 +60,7 @@ pub fn main() -> ExitCode {
         Some(Command::Convert(args)) => convert::run(&args),
         Some(Command::Pose(args)) => pose::run(&args),
         Some(Command::Synth(args)) => synth::run(&args),
-        Some(Command::Experiment(args)) => experiment::run(args),
+        Some(Command::Experiment(args)) => experiment::run(&args),
         Some(Command::Board(args)) => board::run(&args),
     };
     ran.unwrap_or_else(|error| fail(&error))

@@ -3,12 +3,15 @@
 //! Names and meanings are those of `docs/interface.md`: errors are lengths of the residuals of single corners, coverage is
 //! over the corners that were used.
 
+pub mod chi2;
+pub mod spatial;
 pub mod trend;
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use super::{Error, Result, camera::Camera, pose::Pose, solution::Calibration, target::Target};
+pub use chi2::chi2_below;
 pub use trend::{Trend, trend};
 
 /// Summary of per-corner errors, all in px but `n` (Table IV of the source document).

@@ -1,14 +1,72 @@
-//! `straightedge experiment`.
+//! `straightedge experiment`: the source document's Section V, measured.
 
-use std::process::ExitCode;
+use std::{fs, ops::ControlFlow, path::PathBuf, process::ExitCode};
 
-use crate::calib::{Error, Result};
+use indicatif::ProgressBar;
 
-/// TODO
+use super::print;
+use crate::calib::{
+    Error, Result,
+    experiment::{self, Experiment, claims::Verdict, table},
+};
+
+/// Name of the folder of figures beside the page.
+const FIGURES: &str = "figures";
+
+/// Repeat the source document's experiment and judge each of its claims by measurement
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {}
+pub(super) struct Args {
+    /// Also change one thing at a time: refinement, smoothing, solver, origin, number of views
+    #[arg(long)]
+    ablate: bool,
+    /// Folder for experiment.md, results.json and the figures; made where it does not exist
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
 
-pub(super) fn run(args: Args) -> Result<ExitCode> {
-    let Args {} = args;
-    Err(Error::Unsupported("not written yet".to_owned()))
+pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    // Before the work, so that a wrong path costs nothing.
+    let figures = args.out.join(FIGURES);
+    fs::create_dir_all(&figures).map_err(|e| cannot_write(&figures, &e))?;
+    let bar = ProgressBar::new_spinner();
+    let found = experiment::run(args.ablate, &mut |what| {
+        bar.set_message(what.to_owned());
+        bar.tick();
+        ControlFlow::Continue(())
+    })?;
+    bar.finish_and_clear();
+    for figure in &found.figures {
+        write(figures.join(&figure.file), &figure.panel.svg())?;
+    }
+    write(args.out.join("experiment.md"), &experiment::page::markdown(&found, FIGURES)?)?;
+    write(args.out.join("results.json"), &found.json()?)?;
+    print(&summary(&found)?);
+    Ok(ExitCode::SUCCESS)
+}
+
+fn write(path: PathBuf, text: &str) -> Result<()> {
+    fs::write(&path, text).map_err(|e| cannot_write(&path, &e))
+}
+
+fn cannot_write(path: &std::path::Path, why: &std::io::Error) -> Error {
+    let message = format!("it cannot be written ({why}): choose another folder");
+    Error::File { path: path.display().to_string(), message }
+}
+
+/// What was found, in a few lines.
+fn summary(found: &Experiment) -> Result<String> {
+    let mut text = String::new();
+    for t in [table::statistics(&found.evidence), table::parameters(&found.evidence)?] {
+        text += &format!("{}\n{}\n", t.title, t.text());
+    }
+    text += "Claims\n";
+    for claim in &found.claims {
+        let mark = match claim.judgement.verdict {
+            Verdict::Holds => "holds",
+            Verdict::OnlyWith(_) => "partly",
+            Verdict::DoesNotHold => "no",
+        };
+        text += &format!("  {mark:7}{}\n", claim.says);
+    }
+    Ok(text)
 }
