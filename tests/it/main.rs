@@ -5,5 +5,6 @@ mod calibration;
 mod cli;
 mod cli_tools;
 mod detection;
+mod experiment;
 mod formats;
 mod layers;

@@ -42,7 +42,7 @@ impl std::fmt::Display for Verdict {
         match self {
             Self::Holds => f.write_str("holds"),
             Self::DoesNotHold => f.write_str("does not hold"),
-            Self::OnlyWith(what) => write!(f, "holds only with {what}"),
+            Self::OnlyWith(what) => write!(f, "holds only with: {what}"),
         }
     }
 }
@@ -98,7 +98,7 @@ impl Judgement {
         let verdict = match good.len() {
             0 => Verdict::DoesNotHold,
             4 => Verdict::Holds,
-            _ => Verdict::OnlyWith(good.join(" / ")),
+            _ => Verdict::OnlyWith(good.join(" · ")),
         };
         Self { verdict, columns: columns.map(|c| c.0).into(), because: because.into() }
     }

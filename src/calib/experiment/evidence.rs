@@ -10,7 +10,10 @@ use crate::calib::{
     Error, Result, calibrate,
     calibrate::{Loss, Weights, parse_fixes},
     detect::{self, Refinement, gradient::Window},
-    stats,
+    stats::{
+        self,
+        spatial::{Moran, Pairs, moran},
+    },
     synth::{Cut, Method, Origin, Scene},
     undistort,
 };
@@ -20,7 +23,7 @@ use crate::calib::{
 /// *Its method* is the document's: corners by gradients in a window of ±11 px (what `cornerSubPix` does), least squares, no
 /// weights. *Straightedge* is this program with its defaults.
 pub const COLUMNS: [&str; 4] =
-    ["crude, cut; its method", "crude, rounded; its method", "exact; its method", "exact; Straightedge"];
+    ["crude (cut), its method", "crude (rounded), its method", "exact, its method", "exact, Straightedge"];
 
 /// Column of the exact renderer with the document's method.
 pub const EXACT_ITS: usize = 2;
@@ -63,6 +66,8 @@ pub struct ModelFit {
     pub rms_px: f64,
     /// By how much Σr² exceeds that of all five terms, in units of σ₀² per term left out: Fisher's F, about 1 by chance.
     pub excess: Option<f64>,
+    /// Pattern that the residuals of different views share in the picture.
+    pub pattern: Option<Moran>,
 }
 
 /// The scene with a renderer.
@@ -196,6 +201,16 @@ impl Evidence {
     }
 }
 
+/// Residuals this near in the picture are compared, px: half the distance of corners of a frontal board.
+pub const NEAR_PX: f64 = 25.0;
+/// Shuffles of the permutation test.
+pub const SHUFFLES: usize = 999;
+
+/// Whether residuals of different views agree where they are near in the picture; `None` where none are near.
+pub fn pattern(run: &Run) -> Option<Moran> {
+    moran(&run.placed(), Pairs::BetweenViews, NEAR_PX, SHUFFLES, 1)
+}
+
 fn about_mean(run: &Run) -> f64 {
     let miss = run.mistakes_px();
     let n = miss.len().max(1) as f64;
@@ -216,6 +231,7 @@ fn models(fits: &[(&'static str, Run)]) -> Vec<ModelFit> {
             count: free(run),
             rms_px: run.calibration.rms_px,
             excess: (fewer > 0).then_some(excess),
+            pattern: pattern(run),
         }
     };
     fits.iter().map(one).collect()

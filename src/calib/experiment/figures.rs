@@ -29,6 +29,10 @@ const ORDERED: [usize; 6] = [0, 1, 4, 7, 9, 14];
 const OVERLAID: [usize; 4] = [0, 9, 10, 14];
 /// Views that Figure 7 shows, from 0.
 const STRAIGHTENED: [usize; 3] = [0, 9, 14];
+/// By how much residuals are drawn longer in Figure 5.
+const CRUDE_TIMES: f64 = 60.0;
+/// The same with the exact renderer.
+const EXACT_TIMES: f64 = 3000.0;
 /// Error that the document calls acceptable, px.
 const THRESHOLD_PX: f64 = 1.0;
 
@@ -57,15 +61,15 @@ pub fn all(e: &Evidence) -> Result<Vec<Figure>> {
         figure(
             "figure_5_crude.svg",
             format!(
-                "Figure 5, {}: green found, blue projected, red the residual, 20 times as long.",
+                "Figure 5, {}: green found, blue projected, red the residual, {CRUDE_TIMES} times as long.",
                 crude(0)
             ),
-            overlays(&e.runs[0], 20.0),
+            overlays(&e.runs[0], CRUDE_TIMES),
         ),
         figure(
             "figure_5.svg",
-            "Figure 5, exact renderer, Straightedge; residuals 1000 times as long.".to_owned(),
-            overlays(exact, 1000.0),
+            format!("Figure 5, exact renderer, Straightedge; residuals {EXACT_TIMES} times as long."),
+            overlays(exact, EXACT_TIMES),
         ),
         figure(
             "figure_6.svg",
@@ -90,7 +94,7 @@ pub fn all(e: &Evidence) -> Result<Vec<Figure>> {
 
 fn name(run: &Run, view: usize) -> String {
     let pose = run.setup.scene.poses.get(view).map_or("", |p| &p.description);
-    format!("View {}: {pose}", view + 1)
+    format!("{}: {pose}", view + 1)
 }
 
 fn contact_sheet(run: &Run) -> Panel {
@@ -187,7 +191,7 @@ fn uncertainty(e: &Evidence) -> Panel {
         let grid = run.uncertainty().grid_px;
         let values: Vec<f64> = grid.iter().flatten().map(|v| v.map_or(f64::NAN, |v| v * scale)).collect();
         let grid = Grid { columns: values.len() / grid.len().max(1), rows: grid.len(), values };
-        figure::map(title, "1σ, px", &grid, run.camera().size_px, Scale::Sequential)
+        figure::map(title, "1σ, px", &grid, run.camera().size_px, Scale::Logarithmic)
     };
     let its = &e.runs[super::evidence::EXACT_ITS];
     Panel::beside(&[

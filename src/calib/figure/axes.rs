@@ -29,7 +29,7 @@ impl Axes {
     /// A panel of the given outer size with title, grid, ticks and names drawn.
     pub(super) fn draw(width: f64, height: f64, x: [f64; 2], y: [f64; 2], names: Names<'_>) -> (Panel, Self) {
         let mut panel = Panel::new(width, height);
-        let axes = Self { area: [56.0, 28.0, width - 56.0 - 12.0, height - 28.0 - 48.0], x, y };
+        let axes = Self { area: [62.0, 28.0, width - 62.0 - 12.0, height - 28.0 - 48.0], x, y };
         let [left, top, w, h] = axes.area;
         panel.text([0.0, 14.0], names.title, Type::TITLE);
         for v in ticks(y, (h / 40.0) as usize) {

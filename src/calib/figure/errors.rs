@@ -105,10 +105,20 @@ pub fn error_versus(points: &[(f64, f64, String)], title: &str, x_name: &str, y_
     let end = |f: fn(&(f64, f64, String)) -> f64| round_up(1.05 * points.iter().map(f).fold(0.0, f64::max));
     let names = Names { title, x: x_name, y: y_name, x_ticks: true };
     let (mut p, axes) = Axes::draw(400.0, 300.0, [0.0, end(|v| v.0)], [0.0, end(|v| v.1)], names);
-    for (x, y, name) in points {
-        let at = axes.at(*x, *y);
-        p.circle(at, 4.0, &format!("fill=\"{}\" fill-opacity=\"0.85\"", color::BLUE));
-        p.text_over([at[0], at[1] - 7.0], name, Type::TICK);
+    let places: Vec<[f64; 2]> = points.iter().map(|(x, y, _)| axes.at(*x, *y)).collect();
+    for at in &places {
+        p.circle(*at, 4.0, &format!("fill=\"{}\" fill-opacity=\"0.85\"", color::BLUE));
+    }
+    // Each name where it hides least: above, right, left or below its point, clear of points and of names so far.
+    let mut taken: Vec<[f64; 2]> = places.iter().map(|[x, y]| [*x, y + 4.0]).collect();
+    for (at, (_, _, name)) in places.iter().zip(points) {
+        let spots =
+            [[0.0, -7.0], [12.0, 4.0], [-12.0, 4.0], [0.0, 16.0]].map(|d| [at[0] + d[0], at[1] + d[1]]);
+        let free =
+            |s: &&[f64; 2]| taken.iter().all(|t| (t[0] - s[0]).abs() > 11.0 || (t[1] - s[1]).abs() > 9.0);
+        let spot = *spots.iter().find(free).unwrap_or(&spots[0]);
+        taken.push(spot);
+        p.text_over(spot, name, Type::TICK);
     }
     p
 }

@@ -28,6 +28,8 @@ pub struct Grid {
 pub enum Scale {
     /// From 0 or the smallest number to the largest, dark to bright.
     Sequential,
+    /// The same, equal steps of colour for equal ratios; numbers that are not positive count as none.
+    Logarithmic,
     /// Zero in the middle, pale.
     Diverging,
 }
@@ -35,7 +37,7 @@ pub enum Scale {
 impl Scale {
     const fn gradient(self) -> Gradient {
         match self {
-            Self::Sequential => colorous::VIRIDIS,
+            Self::Sequential | Self::Logarithmic => colorous::VIRIDIS,
             Self::Diverging => colorous::RED_BLUE,
         }
     }
@@ -90,9 +92,16 @@ pub fn coverage_density(points_px: &[Vector2<f64>], size_px: [u32; 2], columns: 
 pub fn map(title: &str, unit: &str, grid: &Grid, size_px: [u32; 2], scale: Scale) -> Panel {
     let (mut p, axes) = picture_axes(title, size_px, 74.0);
     let [left, top, w, h] = axes.area;
-    let finite = || grid.values.iter().copied().filter(|v| v.is_finite());
+    let is_log = scale == Scale::Logarithmic;
+    let shown = |v: f64| if is_log { v.log10() } else { v };
+    let finite = || grid.values.iter().map(|v| shown(*v)).filter(|v| v.is_finite());
     let range = match scale {
         Scale::Sequential => [finite().fold(0.0, f64::min), finite().fold(1e-12, f64::max)],
+        Scale::Logarithmic => {
+            let [lo, hi] =
+                [finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max)];
+            if lo < hi { [lo, hi] } else { [-1.0, 1.0] }
+        }
         Scale::Diverging => {
             let reach = finite().fold(1e-12, |m, v| f64::max(m, v.abs()));
             [-reach, reach]
@@ -103,7 +112,9 @@ pub fn map(title: &str, unit: &str, grid: &Grid, size_px: [u32; 2], scale: Scale
         let t = (v - range[0]) / (range[1] - range[0]);
         if v.is_finite() { gradient.eval_continuous(t).as_array() } else { [238; 3] }
     };
-    if let Some(png) = rgb_png(grid.columns, grid.rows, |i, j| paint(grid.values[j * grid.columns + i])) {
+    if let Some(png) =
+        rgb_png(grid.columns, grid.rows, |i, j| paint(shown(grid.values[j * grid.columns + i])))
+    {
         p.png(left, top, w, h, &png);
     }
     p.rect(left, top, w, h, "none", &format!("stroke=\"{}\"", color::MUTED));
@@ -117,7 +128,8 @@ pub fn map(title: &str, unit: &str, grid: &Grid, size_px: [u32; 2], scale: Scale
     for v in ticks(range, 6) {
         let y = top + h * (1.0 - (v - range[0]) / (range[1] - range[0]));
         p.line([bar + 12.0, y], [bar + 16.0, y], color::MUTED, 1.0, "");
-        p.text([bar + 19.0, y + 4.0], &label(v, range), Type::TICK.anchored(Anchor::Start));
+        let name = if is_log { format!("{:.1e}", 10f64.powf(v)) } else { label(v, range) };
+        p.text([bar + 19.0, y + 4.0], &name, Type::TICK.anchored(Anchor::Start));
     }
     p.text_up([bar + 62.0, top + h / 2.0], unit, Type::LABEL);
     p

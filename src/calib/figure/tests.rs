@@ -23,6 +23,7 @@ fn all(values: &[f64]) -> Vec<Panel> {
         coverage_points(&points, [64, 48]),
         coverage_density(&points, [64, 48], 10),
         map("t", "px", &grid, [64, 48], Scale::Diverging),
+        map("t", "px", &grid, [64, 48], Scale::Logarithmic),
         contact_sheet(&[("one".into(), &photo), ("two".into(), &photo)], 2),
         corner_order(&photo, BoardSize { cols: 3, rows: 3 }, &corners, "t"),
         reprojection(&photo, &pairs, 20.0, "t"),

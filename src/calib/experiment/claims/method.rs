@@ -91,8 +91,7 @@ fn roll(e: &Evidence) -> Result<Judgement> {
     let [with, without] = e.roll.each_ref().map(focal_certainty);
     let because = format!(
         "With the roll of view 15 and without it (view 15 frontal), for 1 px of noise: correlation of fx and fy {:.4} and {:.4}; σ of fx {:.2} and \
-         {:.2} px, of fx − fy {:.3} and {:.3} px, of cx {:.2} and {:.2} px, of cy {:.2} and {:.2} px. fx and fy are told apart by \
-         tilts about both axes already.",
+         {:.2} px, of fx − fy {:.3} and {:.3} px, of cx {:.2} and {:.2} px, of cy {:.2} and {:.2} px.",
         with[0],
         without[0],
         with[1],

@@ -149,8 +149,7 @@ fn displacement_percent(e: &Evidence) -> Result<Judgement> {
     let (columns, truth) = e.displacements()?;
     let [w, h] = e.runs[EXACT].setup.scene.camera.size_px.map(f64::from);
     let because = format!(
-        "18 px are {:.1} % of the diagonal of {:.0} px; the true camera has {:.1} %. So the two figures contradict each other, and the \
-         percentage is the right one.",
+        "18 px are {:.1} % of the diagonal of {:.0} px; the true camera has {:.1} %. So the two figures contradict each other.",
         100.0 * DISPLACEMENT_PX / w.hypot(h),
         w.hypot(h),
         truth[1]
