@@ -77,8 +77,9 @@ pub fn of(calibration: &Calibration, target: &Target, range: Range) -> Uncertain
         Range::At(range) => Some(range),
         Range::Infinity => None,
     };
-    let scatter = Scatter::new(calibration, target);
     let inverse_range = range.map_or(0.0, f64::recip);
+    let scatter =
+        Scatter::new(calibration, target).filter(|_| inverse_range.is_finite() && inverse_range >= 0.0);
     let at = |x: f64, y: f64| scatter.as_ref()?.at(calibration, &Vector2::new(x, y), inverse_range);
     let [w, h] = calibration.camera.size_px.map(f64::from);
     let corners = [(0.0, 0.0), (w - 1.0, 0.0), (0.0, h - 1.0), (w - 1.0, h - 1.0)];

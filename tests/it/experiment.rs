@@ -25,7 +25,7 @@ fn the_exact_renderer_gives_the_camera_back() {
         assert!(c.in_sigma.unwrap() < 3.0, "{}: {} sigma", c.name, c.in_sigma.unwrap());
     }
     let numbers = Numbers::of(&run).unwrap();
-    assert!(numbers.map_px.unwrap() < 0.05 && numbers.uncertainty_px.iter().all(|u| u.unwrap() < 0.1));
+    assert!(numbers.map_px.unwrap() < 0.05 && numbers.uncertainty_px.iter().all(|u| u.unwrap() < 0.3));
 }
 
 fn verdict<'a>(found: &'a Experiment, id: &str) -> &'a Verdict {
@@ -53,7 +53,9 @@ fn the_document_is_judged() {
     // cornerSubPix and calibrateCamera leave 0.06 px on exact pictures.
     assert!((0.04..0.08).contains(&e.runs[EXACT_ITS].calibration.rms_px));
     let coverage = e.runs[EXACT].coverage();
-    assert!((coverage.width_fraction - 0.655).abs() < 1e-3 && (coverage.height_fraction - 0.706).abs() < 1e-3);
+    assert!(
+        (coverage.width_fraction - 0.655).abs() < 1e-3 && (coverage.height_fraction - 0.706).abs() < 1e-3
+    );
     let (columns, truth) = e.displacements().unwrap();
     assert!((truth[0] - 33.5).abs() < 0.1 && (columns[EXACT][0] - truth[0]).abs() < 0.2);
     for (id, expected) in [

@@ -14,8 +14,12 @@ use crate::calib::{
 const HUBER: f64 = 1.345;
 /// √(2 ln 2): median of the length of a two-dimensional standard normal vector.
 const MEDIAN_LENGTH: f64 = 1.177_410_022_515_474_7;
-/// Corners are not believed beyond this, nor is any scale estimated below it, px.
-const FLOOR_PX: f64 = 1e-3;
+/// Corners are not believed beyond this, nor is any scale estimated below it, px: what the pixel grid does to edges that run
+/// along it is up to 0.004 px on noise-free pictures, shared by whole views.
+const FLOOR_PX: f64 = 3e-3;
+/// Scale below which the loss stays quadratic, px: what exact pictures leave is the shape of pixels and lens, the same for
+/// many corners. To call a part of it outliers would bias the camera and flatter its σ.
+const LOSS_FLOOR_PX: f64 = 0.015;
 /// In standard deviations of one coordinate: an outlier. Normal noise goes there once in 270 000 corners.
 pub(super) const OUTLIER: f64 = 5.0;
 
@@ -60,7 +64,7 @@ pub(super) fn fit(
             }
             scale_px = scale(&blocks, &residuals);
             if robust {
-                huber_px = Some(HUBER * scale_px);
+                huber_px = Some(HUBER * scale_px.max(LOSS_FLOOR_PX));
             }
             let still = |a: f64, b: f64| (a - b).abs() <= 1e-4 * b.abs();
             if still(before.0, scale_px)
@@ -156,7 +160,7 @@ impl Fitted {
     /// Whether a corner lies beyond [`OUTLIER`] robust standard deviations.
     pub(super) fn is_outlier(&self, block: usize, corner: usize) -> bool {
         let e = self.blocks[block].weight(corner).sqrt() * self.residuals[block][corner].norm();
-        e > OUTLIER * self.scale_px
+        e > OUTLIER * self.scale_px.max(LOSS_FLOOR_PX)
     }
 
     /// σ of one coordinate of a corner of weight 1, a posteriori, px, for `freedom` = 2N − P.

@@ -35,6 +35,13 @@ fn refine(s: &mut Setup, refinement: Refinement) -> Result<()> {
     Ok(())
 }
 
+/// Some corners are mistaken.
+fn wrong(s: &mut Setup, ransac: bool, loss: Loss) -> Result<()> {
+    s.wrong_every = 50;
+    (s.calibrate.ransac, s.calibrate.loss) = (ransac, loss);
+    Ok(())
+}
+
 /// The first `views` of random poses (Section IV-B's rules).
 fn random_poses(s: &mut Setup, views: usize) -> Result<()> {
     s.scene.poses = poses::random(MOST_POSES, &s.scene.camera, &s.scene.board, POSES_SEED)?;
@@ -88,6 +95,10 @@ pub const ABLATIONS: &[Ablation] = &[
         s.calibrate.weights = Weights::None;
         Ok(())
     }),
+    ablation("One corner in 50 is 20 px off", "default", |s| wrong(s, true, Loss::Huber)),
+    ablation("One corner in 50 is 20 px off", "no RANSAC", |s| wrong(s, false, Loss::Huber)),
+    ablation("One corner in 50 is 20 px off", "linear loss", |s| wrong(s, true, Loss::Linear)),
+    ablation("One corner in 50 is 20 px off", "linear loss, no RANSAC", |s| wrong(s, false, Loss::Linear)),
     ablation("Board origin", "first inner corner", |s| {
         s.scene.board.origin = Origin::FirstInner;
         Ok(())
@@ -131,6 +142,8 @@ pub struct Numbers {
     pub full: usize,
     /// Corners used.
     pub corners: usize,
+    /// fx of the closed form (no distortion yet) − true fx, px; `None` where it has no solution.
+    pub closed_form_fx_px: Option<f64>,
     /// RMS of the residuals, px.
     pub rms_px: f64,
     /// |found − true| of the corners, px.
@@ -150,11 +163,17 @@ impl Numbers {
     /// # Errors
     /// As [`Run::comparison`].
     pub fn of(run: &Run) -> Result<Self> {
-        let uncertainty = run.uncertainty();
+        let (uncertainty, truth) = (run.uncertainty(), &run.setup.scene.camera);
         Ok(Self {
             pictures: run.setup.views,
             full: run.full(),
             corners: run.corners(),
+            closed_form_fx_px: run
+                .calibration
+                .closed_form
+                .camera
+                .as_ref()
+                .map(|c| c.params[0] - truth.params[0]),
             rms_px: run.calibration.rms_px,
             localisation_px: run.localisation(),
             parameters: run.comparison()?,

@@ -16,6 +16,9 @@ use crate::calib::{
     uncertainty::{self, Range, Uncertainty},
 };
 
+/// How far wrong corners are moved, px.
+pub const WRONG_PX: f64 = 20.0;
+
 /// What is done.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
@@ -23,6 +26,8 @@ pub struct Setup {
     pub scene: Scene,
     /// Only so many views, from the first.
     pub views: usize,
+    /// Every so many corners one is moved by [`WRONG_PX`], as if it were mistaken; 0 for none.
+    pub wrong_every: usize,
     /// How corners are found.
     pub detect: detect::Options,
     /// How the camera is calibrated.
@@ -33,7 +38,13 @@ impl Setup {
     /// All views of a scene, with the options that are best.
     pub fn new(scene: Scene) -> Self {
         let views = scene.poses.len();
-        Self { scene, views, detect: detect::Options::default(), calibrate: calibrate::Options::default() }
+        Self {
+            scene,
+            views,
+            wrong_every: 0,
+            detect: detect::Options::default(),
+            calibrate: calibrate::Options::default(),
+        }
     }
 }
 
@@ -105,10 +116,17 @@ impl Bench {
     pub fn run(&mut self, setup: Setup) -> Result<Run> {
         let pictures = self.pictures(&setup.scene)?;
         let seen = self.seen(&setup.scene, setup.detect)?;
+        let mut count = 0usize;
+        let mut spoiled = |corner: &Corner| {
+            count += 1;
+            let (sin, cos) = (count as f64).sin_cos();
+            let wrong = setup.wrong_every > 0 && count.is_multiple_of(setup.wrong_every);
+            Corner { px: corner.px + Vector2::new(cos, sin) * if wrong { WRONG_PX } else { 0.0 }, ..*corner }
+        };
         let observation = |(view, seen): (usize, &Seen)| Observation {
             camera: 0,
             frame: FrameId(view as u32),
-            corners: seen.corners.clone(),
+            corners: seen.corners.iter().map(&mut spoiled).collect(),
         };
         let with_board = seen.iter().enumerate().take(setup.views).filter(|(_, s)| !s.corners.is_empty());
         let problem = calibrate::Problem {

@@ -3,7 +3,7 @@
 use super::{
     axes::{Axes, Names, round_up},
     color,
-    svg::{Panel, Type},
+    svg::{Anchor, Panel, Type},
 };
 
 /// Errors of one picture.
@@ -94,9 +94,10 @@ pub fn cumulative(errors_px: &[f64], p95_px: f64) -> Panel {
     p.line([left, y], [x, y], color::ORANGE, 1.5, dashes);
     p.circle([x, y], 4.0, &format!("fill=\"{}\"", color::ORANGE));
     let name = format!("95 % below {p95_px:.4} px");
-    let ty = Type::TICK.colored(color::ORANGE);
-    let middle = 0.5 * (left + x);
-    p.text_over([middle.max(left + 70.0), y + 16.0], &name, ty);
+    // Beside the point, where the curve is not.
+    let (dx, anchor) =
+        if x < 0.5 * (left + axes.at(end, 0.0)[0]) { (8.0, Anchor::Start) } else { (-8.0, Anchor::End) };
+    p.text_over([x + dx, y + 16.0], &name, Type::TICK.colored(color::ORANGE).anchored(anchor));
     p
 }
 

@@ -90,7 +90,7 @@ pub fn coverage_density(points_px: &[Vector2<f64>], size_px: [u32; 2], columns: 
 
 /// A map of numbers over the picture with a colour bar; `unit` names what the bar counts.
 pub fn map(title: &str, unit: &str, grid: &Grid, size_px: [u32; 2], scale: Scale) -> Panel {
-    let (mut p, axes) = picture_axes(title, size_px, 74.0);
+    let (mut p, axes) = picture_axes(title, size_px, 82.0);
     let [left, top, w, h] = axes.area;
     let is_log = scale == Scale::Logarithmic;
     let shown = |v: f64| if is_log { v.log10() } else { v };
@@ -131,7 +131,7 @@ pub fn map(title: &str, unit: &str, grid: &Grid, size_px: [u32; 2], scale: Scale
         let name = if is_log { format!("{:.1e}", 10f64.powf(v)) } else { label(v, range) };
         p.text([bar + 19.0, y + 4.0], &name, Type::TICK.anchored(Anchor::Start));
     }
-    p.text_up([bar + 62.0, top + h / 2.0], unit, Type::LABEL);
+    p.text_up([bar + 70.0, top + h / 2.0], unit, Type::LABEL);
     p
 }
 
