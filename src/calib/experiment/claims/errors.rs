@@ -82,12 +82,9 @@ fn tilt_trend(e: &Evidence) -> Result<Judgement> {
         Ok(trend(&points).map_or_else(
             || ("too few views".to_owned(), false),
             |t| {
-                let [low, high] = t.slope_ci95.map(|s| 1e3 * s);
-                let text = format!(
-                    "{:+.2} ({low:+.2} … {high:+.2}) px/1000°, r = {:+.2}",
-                    1e3 * t.slope,
-                    t.correlation
-                );
+                let [slope, low, high] = [t.slope, t.slope_ci95[0], t.slope_ci95[1]].map(|s| 10.0 * s);
+                let text =
+                    format!("{slope:+.4} ({low:+.4} … {high:+.4}) px per 10°, r = {:+.2}", t.correlation);
                 (text, t.is_significant() && t.slope > 0.0)
             },
         ))
