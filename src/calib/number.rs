@@ -12,7 +12,7 @@ fn decimals_of(sigma: f64) -> usize {
         return 6;
     }
     // Rounding may carry: 0.0996 has its two digits at 0.10.
-    let places = |s: f64| (1.0 - s.log10().floor()).clamp(0.0, 15.0) as usize;
+    let places = |s: f64| (1.0 - s.log10().floor()).clamp(0.0, 20.0) as usize;
     let first = places(sigma);
     let rounded = format!("{sigma:.first$}").parse().unwrap_or(sigma);
     if rounded > 0.0 { places(rounded) } else { first }

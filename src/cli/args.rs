@@ -36,7 +36,7 @@ pub(super) struct Detecting {
     #[arg(long, value_name = "METHOD", default_value = "strip", help_heading = "For experiments")]
     pub(super) refine: Refinement,
     /// Smooth pictures by a Gaussian of this many px before the detection
-    #[arg(long, value_name = "PX", default_value = "0", value_parser = sigma_px, help_heading = "For experiments")]
+    #[arg(long, value_name = "PX", default_value = "0", value_parser = sigma_px, allow_negative_numbers = true, help_heading = "For experiments")]
     pub(super) presmooth: f64,
     /// Pictures that are worked on at the same time [default: one for each processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]

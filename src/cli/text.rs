@@ -6,6 +6,7 @@ mod table;
 use std::fmt::Write as _;
 
 use crate::calib::{
+    camera::Model,
     number::{percent, significant, with_sigma},
     report::{Report, Solution},
     uncertainty::Uncertainty,
@@ -58,7 +59,7 @@ fn camera(report: &Report, solution: &Solution) -> String {
         let sigma = solution.sigma.get(param.name).copied().flatten();
         let [value, sigma] = match sigma {
             Some(sigma) => with_sigma(*value, sigma),
-            None => [value.to_string(), "fixed".to_owned()],
+            None => [short(*value), "fixed".to_owned()],
         };
         values.push((param, value, sigma));
     }
@@ -81,6 +82,11 @@ fn camera(report: &Report, solution: &Solution) -> String {
         table.row(row);
     }
     out + &table.render()
+}
+
+/// A value that was given: at most nine significant digits.
+fn short(value: f64) -> String {
+    format!("{value:.8e}").parse().unwrap_or(value).to_string()
 }
 
 /// How sure the projection is, how the corners cover the picture, and how the solution was reached.
@@ -195,7 +201,8 @@ fn warnings(report: &Report) -> String {
 
 /// The text as a sentence begins; names of parameters stay as they are.
 fn capital(text: &str) -> String {
-    if text.split([' ', ',']).next().is_some_and(|w| w.len() <= 2 && w != "a") {
+    let first = text.split([' ', ',']).next().unwrap_or_default();
+    if Model::ALL.iter().any(|m| m.spec().index(first).is_some()) {
         return text.to_owned();
     }
     let mut chars = text.chars();
