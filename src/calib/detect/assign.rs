@@ -83,7 +83,7 @@ struct Placement {
 impl Grid {
     /// The same grid turned by quarter turns: what were rows become columns, counted so that it is not mirrored.
     pub(super) fn turned(&self, turns: usize) -> Self {
-        if turns % 4 == 0 {
+        if turns.is_multiple_of(4) {
             return self.clone();
         }
         let [columns, rows] = self.size;
