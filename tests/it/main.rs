@@ -1,5 +1,11 @@
 //! The one integration-test binary.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may panic like tests")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "helpers of tests may panic and print like tests"
+)]
 
 mod calibration;
 mod cli;
@@ -8,3 +14,4 @@ mod detection;
 mod experiment;
 mod formats;
 mod layers;
+mod photographs;
