@@ -4,7 +4,7 @@ use std::{fs, ops::ControlFlow, path::PathBuf, process::ExitCode};
 
 use indicatif::ProgressBar;
 
-use super::print;
+use super::{files, print};
 use crate::calib::{
     Error, Result,
     experiment::{self, Experiment, claims::Verdict, table},
@@ -27,7 +27,10 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     // Before the work, so that a wrong path costs nothing.
     let figures = args.out.join(FIGURES);
-    fs::create_dir_all(&figures).map_err(|e| cannot_write(&figures, &e))?;
+    fs::create_dir_all(&figures).map_err(|e| Error::File {
+        path: figures.display().to_string(),
+        message: format!("this folder cannot be made ({e}): choose another"),
+    })?;
     let bar = ProgressBar::new_spinner();
     let found = experiment::run(args.ablate, &mut |what| {
         bar.set_message(what.to_owned());
@@ -36,21 +39,12 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     })?;
     bar.finish_and_clear();
     for figure in &found.figures {
-        write(figures.join(&figure.file), &figure.panel.svg())?;
+        files::write(&figures.join(&figure.file), figure.panel.svg().as_bytes())?;
     }
-    write(args.out.join("experiment.md"), &experiment::page::markdown(&found, FIGURES)?)?;
-    write(args.out.join("results.json"), &found.json()?)?;
+    files::write(&args.out.join("experiment.md"), experiment::page::markdown(&found, FIGURES)?.as_bytes())?;
+    files::write(&args.out.join("results.json"), found.json()?.as_bytes())?;
     print(&summary(&found)?);
     Ok(ExitCode::SUCCESS)
-}
-
-fn write(path: PathBuf, text: &str) -> Result<()> {
-    fs::write(&path, text).map_err(|e| cannot_write(&path, &e))
-}
-
-fn cannot_write(path: &std::path::Path, why: &std::io::Error) -> Error {
-    let message = format!("it cannot be written ({why}): choose another folder");
-    Error::File { path: path.display().to_string(), message }
 }
 
 /// What was found, in a few lines.
