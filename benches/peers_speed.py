@@ -28,9 +28,9 @@ CRITERIA = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 30, 1e-3)
 
 
 def least_ms(call):
-    """As benches/common: at least three calls, and as many as fit into a second; two where one takes longer than that."""
+    """At least two calls, and as many as fit into a third of a second."""
     begin, least, calls = time.process_time(), float("inf"), 0
-    while calls < 2 or (calls < 200 and time.process_time() - begin < 1):
+    while calls < 2 or (calls < 200 and time.process_time() - begin < 0.33):
         start = time.process_time()
         call()
         least = min(least, time.process_time() - start)
