@@ -39,6 +39,10 @@ pub(super) fn complete<T: Sample>(
     lattice: &Lattice,
 ) -> Option<Fitted> {
     let mut cells = lattice.cells.clone();
+    let whole = cells.iter().filter(|(cell, _)| stands_out(level, lattice, *cell)).count();
+    if (whole as f64) < STANDING * cells.len() as f64 {
+        return None;
+    }
     if level.level >= 2 {
         // One pixel of the level is many of the picture: the fit in the level brings the start near enough.
         let near = fit(&level.picture, &cells);
@@ -66,6 +70,18 @@ pub(super) fn complete<T: Sample>(
     drop_strays(&mut fitted);
     drop_thin_lines(&mut fitted, [picture.width(), picture.height()]);
     Some(fitted)
+}
+
+/// Whether in the level both white squares around a corner are brighter than both black ones: what costs little and tells
+/// a board from texture.
+fn stands_out(level: &Level<'_>, lattice: &Lattice, cell: Cell) -> bool {
+    let Some((g, px)) = guess(&lattice.cells, cell, |p| p).zip(lattice.cells.get(cell)) else { return false };
+    let at = |su: f64, sv: f64| {
+        level_at(&*level.picture, px + g.uv[0] * (LOOK * su) + g.uv[1] * (LOOK * sv)).unwrap_or(f64::NAN)
+    };
+    let (along, across) = ([at(1.0, 1.0), at(-1.0, -1.0)], [at(1.0, -1.0), at(-1.0, 1.0)]);
+    let (dark, bright) = if lattice.black == is_even(cell) { (along, across) } else { (across, along) };
+    dark[0].max(dark[1]) < bright[0].min(bright[1])
 }
 
 fn places_of(fitted: &Fitted) -> Sheet<Vector2<f64>> {

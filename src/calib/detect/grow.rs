@@ -28,7 +28,7 @@ const QUALITY: [f32; 2] = [0.6, 0.45];
 /// Most saddles that are looked at: a picture of nothing but texture must not take minutes.
 const MOST: usize = 20_000;
 /// A neighbour that is not among this many saddles is none: squares have nothing inside.
-const CROWD: usize = 40;
+const CROWD: usize = 24;
 /// Side of the buckets that saddles are looked up in, px.
 const BUCKET: f64 = 16.0;
 
@@ -151,15 +151,14 @@ impl<'a> Field<'a> {
         let mut reach = 24.0;
         loop {
             let mut best = [[None; 2]; 2];
-            let mut nearest = [[reach; 2]; 2];
+            let mut nearest = [[reach * reach; 2]; 2];
             let mut seen = 0;
             for i in self.near(s.px, reach) {
                 seen += 1;
                 let step = self.saddles[i].px - s.px;
-                let distance = step.norm();
-                let Some(k) = (0..2).find(|k| step.perp(&s.axes[*k]).abs() < ALONG_FIRST * distance) else {
-                    continue;
-                };
+                let distance = step.norm_squared();
+                let across = |k: usize| step.perp(&s.axes[k]).powi(2) < ALONG_FIRST * ALONG_FIRST * distance;
+                let Some(k) = (0..2).find(|k| across(*k)) else { continue };
                 let side = usize::from(step.dot(&s.axes[k]) < 0.0);
                 if distance >= nearest[k][side] || taken[i] || i == from {
                     continue;

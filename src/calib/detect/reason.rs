@@ -49,10 +49,14 @@ pub(super) fn why(levels: &[Level<'_>], searched: &Searched) -> String {
 /// Grey values below which a two-hundredth of the pixels lies, and above which one does.
 fn range(picture: &Plane<u8>) -> (u8, u8) {
     let mut counts = [0usize; 256];
-    for v in picture.data() {
-        counts[usize::from(*v)] += 1;
+    let mut total = 0;
+    for y in (0..picture.height()).step_by(1 + picture.height() / 200) {
+        for v in picture.row(y) {
+            counts[usize::from(*v)] += 1;
+            total += 1;
+        }
     }
-    let cut = picture.data().len() / 200;
+    let cut = total / 200;
     let from = |first: usize, step: fn(usize, usize) -> usize| {
         let mut below = 0;
         let reached = |v: &usize| {
@@ -68,7 +72,7 @@ fn range(picture: &Plane<u8>) -> (u8, u8) {
 fn steepest(picture: &Plane<u8>) -> f64 {
     let mut counts = [0usize; 256];
     let mut total = 0;
-    for y in (0..picture.height()).step_by(1 + picture.height() / 400) {
+    for y in (0..picture.height()).step_by(1 + picture.height() / 200) {
         for t in picture.row(y).windows(3) {
             counts[usize::from(t[0].abs_diff(t[2]))] += 1;
             total += 1;
