@@ -54,7 +54,8 @@ def ms(value):
 
 
 def times(theirs, mine):
-    return f"{theirs / mine:.2g} ×" if theirs < 100 * mine else f"{theirs / mine:.0f} ×"
+    ratio = theirs / mine
+    return f"{ratio:.2f} ×" if ratio < 3 else f"{ratio:.1f} ×" if ratio < 30 else f"{ratio:.0f} ×"
 
 
 def calibrate(folder):
