@@ -11,7 +11,7 @@ use crate::calib::{
 };
 
 /// Threshold of Huber's loss in standard deviations of one coordinate.
-const HUBER: f64 = 1.345;
+const HUBER: f64 = 2.5;
 /// √(2 ln 2): median of the length of a two-dimensional standard normal vector.
 const MEDIAN_LENGTH: f64 = 1.177_410_022_515_474_7;
 /// Corners are not believed beyond this, nor is any scale estimated below it, px: what the pixel grid does to edges that run

@@ -15,6 +15,10 @@ use crate::calib::image::{Plane, Sample};
 const MOVE: f64 = 0.3;
 /// Largest distance from the place that the neighbours give, in cells.
 const BESIDE: f64 = 0.12;
+/// What a fit may leave, relative to what the fits of the board usually leave, and relative to half the contrast: more is left where
+/// something lies over the edges.
+const LEFT: f64 = 4.0;
+const LEFT_OF_CONTRAST: f64 = 0.16;
 /// Where the squares around a corner are looked at, in cells along both axes.
 const LOOK: f64 = 0.25;
 /// How much darker or brighter than the mean at their corner, in halves of the contrast, a square is at least, and the four are on
@@ -134,15 +138,28 @@ fn accepted<T: Sample>(
     black: bool,
 ) -> Fitted {
     let mut kept = Sheet::new();
+    let usual = usual_residual(fitted);
     for (cell, f) in fitted.iter().filter(|(_, f)| f.ok) {
         let Some((g, start)) = guess(places, cell, |p| p).zip(places.get(cell)) else { continue };
         let stayed = Guess { px: start, ..g }.off(f.px) < MOVE;
         let alike = contrast_beside(fitted, cell).is_none_or(|c| CONTRAST.contains(&(f.amplitude.abs() / c)));
-        if stayed && alike && has_squares(picture, &Guess { px: f.px, ..g }, &f, black == is_even(cell)) {
+        let explained = f.sigma_gray <= (LEFT * usual).max(LEFT_OF_CONTRAST * f.amplitude.abs());
+        if stayed
+            && alike
+            && explained
+            && has_squares(picture, &Guess { px: f.px, ..g }, &f, black == is_even(cell))
+        {
             kept.set(cell, f);
         }
     }
     kept
+}
+
+/// Median of what the fits leave, in units of the samples.
+fn usual_residual(fitted: &Fitted) -> f64 {
+    let mut list: Vec<f64> = fitted.iter().filter(|(_, f)| f.ok).map(|(_, f)| f.sigma_gray).collect();
+    list.sort_by(f64::total_cmp);
+    list.get(list.len() / 2).copied().unwrap_or(0.0)
 }
 
 const fn is_even(cell: Cell) -> bool {
