@@ -134,6 +134,9 @@ impl<T: Copy> Sheet<T> {
     }
 }
 
+/// Farthest column or row of a cell that a [`guess`] looks at.
+pub(super) const GUESS_REACH: i32 = 3;
+
 /// Where a cell should be, from cells around it alone (not from itself); `place` gives the place of what a cell holds. `None`
 /// with too little around.
 ///
