@@ -179,3 +179,25 @@ fn the_words_of_refinement() {
         assert!(text.parse::<Refinement>().is_err(), "{text}");
     }
 }
+
+#[test]
+fn pictures_of_any_shape_are_searched() {
+    for (width, height) in [
+        (0, 0),
+        (1, 1),
+        (1, 20_000),
+        (20_000, 1),
+        (2, 800_000),
+        (1_500_000, 1),
+        (3, 500_000),
+        (700_000, 7),
+        (30, 30),
+    ] {
+        let striped = Plane::from_fn(width, height, |x, y| if (x / 9 + y / 9) % 2 == 0 { 20 } else { 220 });
+        for presmooth_px in [0.0, 1.0] {
+            let options = Options { presmooth_px, ..Options::default() };
+            let found = detect(&Gray::U8(striped.clone()), &options);
+            assert!(found.grid.is_none() && !found.why.is_empty(), "{width}x{height}");
+        }
+    }
+}
