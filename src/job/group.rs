@@ -96,7 +96,8 @@ fn folder(name: &str) -> String {
 
 /// A frame whose EXIF says less joins the only camera beside it that it does not contradict: editors strip tags.
 fn complete_cameras(keys: &mut [Key]) {
-    let known = keys.to_vec();
+    // As many as there are cameras, however many pictures.
+    let known: BTreeSet<Key> = keys.iter().cloned().collect();
     for key in keys {
         let fits = |other: &CameraId| {
             *other != key.camera && key.camera.iter().zip(other).all(|(own, its)| own.is_none() || own == its)
@@ -215,8 +216,10 @@ fn size_name([w, h]: [u32; 2]) -> String {
 fn name(key: &Key, all: &[Key]) -> String {
     let mut parts = Vec::new();
     if all.iter().any(|k| k.folder != key.folder) {
-        let last = Path::new(&key.folder).file_name().map(|n| n.to_string_lossy().into_owned());
-        parts.push(last.unwrap_or_else(|| ".".to_owned()));
+        let last = |k: &Key| Path::new(&k.folder).file_name().map(|n| n.to_string_lossy().into_owned());
+        // `a/photos` and `b/photos` need their whole paths: a name stands for one group.
+        let alike = all.iter().any(|k| k.folder != key.folder && last(k) == last(key));
+        parts.push(last(key).map_or_else(|| ".".to_owned(), |n| if alike { key.folder.clone() } else { n }));
     }
     if all.iter().any(|k| k.label != key.label) {
         parts.push(if key.label.is_empty() { "other names".to_owned() } else { key.label.clone() });
@@ -258,6 +261,13 @@ mod tests {
             .map(|(path, size_px, exif)| Candidate { name: path, size_px: *size_px, exif, counts: true })
             .collect();
         by_camera(&members).into_iter().map(|g| (g.name, g.reason, g.members.len())).collect()
+    }
+
+    #[test]
+    fn folders_of_one_name_are_two_groups_with_two_names() {
+        let paths = ["a/photos/01.jpg", "a/photos/02.jpg", "b/photos/01.jpg", "c/02.jpg"];
+        let told = names(&paths);
+        assert_eq!(told, [("a/photos".to_owned(), 2), ("b/photos".to_owned(), 1), ("c".to_owned(), 1)]);
     }
 
     fn names(paths: &[&str]) -> Vec<(String, usize)> {
