@@ -1,5 +1,7 @@
 //! From results to the report.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector2;
 
 use super::{Failure, FrameReport, GroupReport, Report, Settings, Solution, Timing, Trends};
@@ -114,11 +116,14 @@ impl Report {
 
     /// Adds the distances of the used corners from their true places; nothing where no picture of the truth is among ours.
     pub fn compared_corners(&mut self, truth: &Truth) {
-        let distances: Vec<f64> = self
-            .included()
-            .filter_map(|f| Some((f, truth.frame(&f.file)?)))
-            .flat_map(|(f, t)| f.corners.iter().filter_map(|c| Some((t.corner_px(c.index)? - c.px).norm())))
-            .collect();
+        let mut distances = Vec::new();
+        for frame in self.included() {
+            let Some(known) = truth.frame(&frame.file) else { continue };
+            let places: BTreeMap<u32, Vector2<f64>> =
+                known.corners.iter().map(|(index, x, y)| (*index, Vector2::new(*x, *y))).collect();
+            distances
+                .extend(frame.corners.iter().filter_map(|c| Some((places.get(&c.index)? - c.px).norm())));
+        }
         if let Some(solution) = &mut self.solution
             && !distances.is_empty()
         {

@@ -65,9 +65,13 @@ impl Truth {
 
     /// The frame of a picture, by file name without its folders.
     pub fn frame(&self, file: &str) -> Option<&TruthFrame> {
-        let name = |path: &str| path.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
-        self.frames.iter().find(|f| name(&f.file) == name(file))
+        let wanted = file_name(file);
+        self.frames.iter().find(|f| file_name(&f.file) == wanted)
     }
+}
+
+fn file_name(path: &str) -> &str {
+    path.rsplit(['/', '\\']).next().unwrap_or(path)
 }
 
 impl TruthFrame {
