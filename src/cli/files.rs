@@ -46,7 +46,8 @@ pub(super) fn bytes(path: &Path) -> Result<Vec<u8>> {
     })
 }
 
-/// Writes a file as a whole or not at all: into a new file beside it, which then takes its name.
+/// Writes a file as a whole or not at all: into a new file beside it, which then takes its name. A link goes on leading where
+/// it led, and what is no file (`/dev/null`, a pipe) is written to, never replaced.
 ///
 /// # Errors
 /// [`Error::File`] with the reason.
@@ -64,8 +65,12 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     if path.is_dir() {
         return Err(error(path, "this is a folder: add a file name"));
     }
-    let beside = beside(path);
-    let written = fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, path));
+    let target = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    if target.metadata().is_ok_and(|about| !about.is_file()) {
+        return fs::write(&target, bytes).map_err(wrong);
+    }
+    let beside = beside(&target);
+    let written = fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, &target));
     written.map_err(|e| {
         let _ = fs::remove_file(&beside);
         wrong(e)
@@ -107,4 +112,26 @@ fn beside(path: &Path) -> PathBuf {
 
 fn error(path: &Path, message: &str) -> Error {
     Error::File { path: path.display().to_string(), message: message.to_owned() }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::{FileTypeExt as _, symlink};
+
+    #[test]
+    fn links_stay_links_and_devices_stay_devices() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, link, device] = ["camera.yaml", "link.yaml", "null"].map(|name| folder.path().join(name));
+        fs::write(&file, "old").unwrap();
+        symlink(&file, &link).unwrap();
+        symlink("/dev/null", &device).unwrap();
+        for path in [&link, &device] {
+            write(path, b"new").unwrap();
+            assert!(path.is_symlink(), "{}", path.display());
+        }
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        assert!(device.metadata().unwrap().file_type().is_char_device());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
+    }
 }
