@@ -32,6 +32,7 @@ use super::{
     camera::Camera,
     observation::Corner,
     pose::Pose,
+    report::Report,
     target::{BoardSize, Unit},
 };
 
@@ -136,8 +137,8 @@ pub struct Export<'a> {
     pub camera: &'a Camera,
     /// What else is known.
     pub evidence: &'a Evidence,
-    /// The whole JSON of `calibrate --json`: the text of the `straightedge` format where it is given.
-    pub report: Option<&'a str>,
+    /// Everything that is known: where it is given, its JSON is the text of the `straightedge` format.
+    pub report: Option<&'a Report>,
 }
 
 /// A camera file as text, checked.

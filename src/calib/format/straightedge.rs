@@ -37,7 +37,7 @@ pub(super) const FORMAT: Format = Format {
 
 fn write(export: &Export<'_>) -> Result<Draft> {
     if let Some(report) = export.report {
-        return Ok(Draft::exact(report.to_owned()));
+        return Ok(Draft::exact(report.to_json()));
     }
     let (camera, evidence) = (export.camera, export.evidence);
     let [w, h] = camera.size_px;

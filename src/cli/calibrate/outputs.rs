@@ -18,8 +18,7 @@ pub(super) fn camera(report: &Report, destination: &Destination) -> Result<Strin
         .solution
         .as_ref()
         .ok_or_else(|| Error::Invalid("there is no calibration to write".to_owned()))?;
-    let json = report.to_json();
-    let export = Export { camera: &solution.camera, evidence: &evidence(report), report: Some(&json) };
+    let export = Export { camera: &solution.camera, evidence: &evidence(report), report: Some(report) };
     let written = format::write(destination.format, &export)?;
     files::write(Path::new(&destination.path), written.text.as_bytes())?;
     let mut said = format!(
