@@ -23,9 +23,9 @@ use clap::{Parser, Subcommand};
 
 use crate::calib::Error;
 
-/// Camera calibration that can be believed.
+/// Camera calibration that can be believed. Without a command it calibrates the built-in scene, whose truth is known
 #[derive(Debug, Parser)]
-#[command(name = "straightedge", version, about, arg_required_else_help = false)]
+#[command(name = "straightedge", version)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,

@@ -53,11 +53,6 @@ impl Pool {
         }
     }
 
-    /// As many lanes as the machine has processors.
-    pub fn of_this_machine() -> Self {
-        Self::new(std::thread::available_parallelism().map_or(1, std::num::NonZero::get))
-    }
-
     /// Puts a job at the end of the queue.
     pub fn submit(&mut self, request: Request) {
         self.queue.push_back(request);

@@ -80,7 +80,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let mut square = args.board.square.map(|s| (s.value, s.unit));
     let inspected = match &args.corners {
         None => {
-            let sources = inputs::pictures(&args.paths)?;
+            let sources = frames::sources(&args.paths)?;
             frames::inspect(&mut pool, sources, args.detecting.options())?
         }
         Some(path) => {

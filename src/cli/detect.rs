@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     calib::{Result, calibrate::Options, camera::Model, report::Settings},
-    job::{Source, ms_since, photo},
+    job::ms_since,
 };
 
 /// Find the corners of a checkerboard in photographs
@@ -28,7 +28,7 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let begun = Instant::now();
-    let sources = photo::list(&args.pictures.paths)?.into_iter().map(Source::File).collect();
+    let sources = frames::sources(&args.pictures.paths)?;
     let mut pool = frames::pool(args.detecting.threads);
     let inspected = frames::inspect(&mut pool, sources, args.detecting.options())?;
     let (square, unit) = args.board.square();

@@ -1,13 +1,13 @@
 //! From paths to what was seen in the pictures, over all processors, with a progress bar on a terminal.
 
-use std::{ops::ControlFlow, time::Duration};
+use std::{ops::ControlFlow, path::PathBuf, time::Duration};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::{
     calib::{Error, Result, calibrate::Problem, detect, solution::Calibration},
-    job::{Inspection, Job, Output, Source, assemble::Entry},
-    worker::Pool,
+    job::{Inspection, Job, Output, Source, assemble::Entry, photo},
+    worker::{self, Pool},
 };
 
 /// What was seen in a list of pictures.
@@ -22,7 +22,15 @@ pub(super) struct Inspected {
 
 /// Lanes as asked for, or one for each processor.
 pub(super) fn pool(threads: Option<u16>) -> Pool {
-    threads.map_or_else(Pool::of_this_machine, |n| Pool::new(n.into()))
+    Pool::new(worker::threads(threads))
+}
+
+/// The pictures behind paths.
+///
+/// # Errors
+/// Those of [`photo::list`].
+pub(super) fn sources(paths: &[PathBuf]) -> Result<Vec<Source>> {
+    Ok(photo::list(paths)?.into_iter().map(Source::File).collect())
 }
 
 /// Reads pictures and finds the grids of corners in them.

@@ -15,7 +15,7 @@ use crate::{
         stats,
         target::{BoardSize, Target, Unit},
     },
-    job::{Source, assemble, photo},
+    job::assemble,
 };
 
 /// Find the pose of the board in pictures of a known camera
@@ -60,11 +60,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         say(&format!("note: {note}"));
     }
     let camera = file.camera;
-    let pictures = photo::list(&args.pictures.paths)?;
-    if pictures.is_empty() {
+    let sources = frames::sources(&args.pictures.paths)?;
+    if sources.is_empty() {
         return Err(files::no_pictures(&args.pictures.paths));
     }
-    let sources = pictures.into_iter().map(Source::File).collect();
     let mut pool = frames::pool(args.detecting.threads);
     let entries = frames::inspect(&mut pool, sources, args.detecting.options())?.entries;
     let board = args.board.board.0.or_else(|| {

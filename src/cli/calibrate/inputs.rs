@@ -12,16 +12,10 @@ use crate::{
     },
     cli::{evidence::Known, files, frames::Inspected, say},
     job::{
-        Source,
         assemble::{Entry, Finding, Seen},
         photo::{self, Exif},
     },
 };
-
-/// The pictures behind paths.
-pub(super) fn pictures(paths: &[PathBuf]) -> Result<Vec<Source>> {
-    Ok(photo::list(paths)?.into_iter().map(Source::File).collect())
-}
 
 /// A start camera with the name of its file.
 pub(super) fn start(path: &Path) -> Result<(String, Camera)> {
