@@ -187,7 +187,7 @@ pub struct Solution {
     pub sigma0_px: f64,
     /// σ of each parameter; null where it was fixed.
     pub sigma: Named<Option<f64>>,
-    /// Covariance of all parameters in the order of `sigma`, poses included; zero where fixed.
+    /// Covariance of the parameters of the camera in the order of `sigma`, poses marginalised; zero where fixed.
     #[serde(with = "wire::matrix")]
     pub covariance: DMatrix<f64>,
     /// Why the refinement stopped.
