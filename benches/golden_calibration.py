@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Writes tests/golden/calibration_*.json: OpenCV's answers for OpenCV's own corners.
 
-    python3 -m venv /tmp/cv && /tmp/cv/bin/pip install opencv-python-headless
-    /tmp/cv/bin/python benches/golden_calibration.py ../shared/reference tests/golden
+    python3 -m venv venv && venv/bin/pip install opencv-python-headless
+    venv/bin/python benches/golden_calibration.py ../shared/reference tests/golden
 
 The corners are those of findChessboardCorners + cornerSubPix in the reference files, rounded to float32 as OpenCV does inside,
 and written with all digits, so that both programs see the same numbers. The criteria are tightened until OpenCV stands still.

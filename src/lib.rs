@@ -1,6 +1,6 @@
 //! Straightedge: camera calibration that can be believed.
 //!
-//! One package, one library, thin binaries. Each module knows only those below it:
+//! One package, one library, one thin binary. Each module knows only those below it:
 //!
 //! ```text
 //!   cli      headless commands, progress bars
@@ -9,7 +9,7 @@
 //!   calib    geometry, vision, optimisation, statistics, rendering, formats
 //! ```
 //!
-//! The data flows one way: folder → plan → job → reply → evidence. See `ARCHITECTURE.md`.
+//! The data flows one way: paths → inspections → problem → calibration → report. See `ARCHITECTURE.md`.
 
 pub mod calib;
 pub mod cli;
