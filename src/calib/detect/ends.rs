@@ -6,9 +6,9 @@ use super::{
 };
 use crate::calib::image::{Plane, Sample};
 
-/// Where, in squares beyond the last corners, the last squares are looked at, and what lies behind them. The last squares
-/// need not be whole ones.
-const AT: [f64; 2] = [0.3, 1.35];
+/// Where, in squares beyond the last corners, the last squares are looked at, twice, and what lies behind them: something that
+/// lies over the board seldom has its edge just there in every row.
+const AT: [f64; 3] = [0.3, 0.7, 1.35];
 /// Share of the contrast with which squares alternate, at least where there are some, at most where there are none.
 const ALTERNATE: [f64; 2] = [0.6, 0.5];
 
@@ -19,8 +19,9 @@ pub(super) fn ends<T: Sample>(picture: &Plane<T>, fitted: &Fitted, black: bool) 
     [0, 1, 2, 3].map(|side| {
         let (k, outward) = (side / 2, if side % 2 == 0 { -1 } else { 1 });
         let last = bounds[k][side % 2];
-        let [squares, behind] = AT.map(|at| alternation(picture, fitted, black, (k, last, outward), at));
-        squares.is_some_and(|s| s >= ALTERNATE[0]) && behind.is_some_and(|b| b.abs() <= ALTERNATE[1])
+        let [near, far, behind] = AT.map(|at| alternation(picture, fitted, black, (k, last, outward), at));
+        [near, far].iter().all(|s| s.is_some_and(|s| s >= ALTERNATE[0]))
+            && behind.is_some_and(|b| b.abs() <= ALTERNATE[1])
     })
 }
 
