@@ -101,7 +101,8 @@ pub fn calibrate(problem: &Problem, report: &mut dyn FnMut(f32) -> ControlFlow<(
     let mut fitted = solve(problem, &mut views, &mut set_aside, &constraints, &chosen.params, &mut tick)?;
     for rival in &chosen.rivals {
         let mut others = views.clone();
-        if let Ok(other) = solve(problem, &mut others, &mut Vec::new(), &constraints, rival, &mut tick)
+        let other = solve(problem, &mut others, &mut Vec::new(), &constraints, rival, &mut tick);
+        if let Some(other) = unless_stopped(other)?
             && others.len() == views.len()
             && other.refined.cost < fitted.refined.cost * (1.0 - 1e-9)
         {
@@ -111,6 +112,15 @@ pub fn calibrate(problem: &Problem, report: &mut dyn FnMut(f32) -> ControlFlow<(
     contradiction::set_aside(problem, &mut views, &mut set_aside, &constraints, &mut fitted, &mut tick)?;
     enough(&views, &constraints, &set_aside)?;
     finish(problem, &constraints, &views, set_aside, fitted, chosen, &mut tick)
+}
+
+/// An attempt that may fail: `None` where it does. A stop is no failure and is passed on, or what is left would look like a
+/// result.
+fn unless_stopped<T>(attempt: Result<T>) -> Result<Option<T>> {
+    match attempt {
+        Err(Error::Stopped) => Err(Error::Stopped),
+        other => Ok(other.ok()),
+    }
 }
 
 /// Refuses sets that cannot have a solution by their numbers alone.

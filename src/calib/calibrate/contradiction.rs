@@ -7,7 +7,7 @@
 use nalgebra::Vector2;
 use std::ops::ControlFlow;
 
-use super::{Constraints, Loss, Problem, Seen, prepare, robust, robust::Fitted, solve};
+use super::{Constraints, Loss, Problem, Seen, prepare, robust, robust::Fitted, solve, unless_stopped};
 use crate::calib::{Result, observation::FrameId, refine};
 
 /// Suspected from this many times the typical error…
@@ -44,9 +44,8 @@ pub(super) fn set_aside(
         let bad = others.remove(worst);
         let mut more = Vec::new();
         let start = fitted.refined.state.params.clone();
-        let Ok(without) = solve(problem, &mut others, &mut more, constraints, &start, tick) else {
-            return Ok(());
-        };
+        let without = solve(problem, &mut others, &mut more, constraints, &start, tick);
+        let Some(without) = unless_stopped(without)? else { return Ok(()) };
         let rest = || fitted.residuals.iter().enumerate().filter(|(i, _)| *i != worst).map(|(_, r)| r);
         let (before, after) = (rms(rest()), rms(without.residuals.iter()));
         let misfit = misfit(problem, &bad, &without).unwrap_or(f64::INFINITY);

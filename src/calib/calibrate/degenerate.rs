@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, Vector3};
 use std::ops::ControlFlow;
 
-use super::{CameraSetup, robust};
+use super::{CameraSetup, robust, unless_stopped};
 use crate::calib::{
     Error, Result,
     refine::{self, Limits, State},
@@ -103,12 +103,12 @@ fn excluded(
                 }
             }
         }
-        match refine::refine(&held, &at, Limits { iterations: 30, tolerance: 1e-6, damping: 1e-4 }, tick) {
-            Ok(refined) => (at, cost) = (refined.state, refined.cost),
-            Err(Error::Stopped) => return Err(Error::Stopped),
-            // It does not even see the board: that fits worse.
-            Err(_) => return Ok(true),
-        }
+        let limits = Limits { iterations: 30, tolerance: 1e-6, damping: 1e-4 };
+        // Where it does not even see the board, it fits worse.
+        let Some(refined) = unless_stopped(refine::refine(&held, &at, limits, tick))? else {
+            return Ok(true);
+        };
+        (at, cost) = (refined.state, refined.cost);
     }
     // Rounding of coordinates is the least noise there can be.
     let noise = sigma0_px.max(1e-9);

@@ -8,7 +8,7 @@
 use nalgebra::{Matrix3, Vector2};
 use std::ops::ControlFlow;
 
-use super::{Options, Problem, options::Constraints, prepare::Seen};
+use super::{Options, Problem, options::Constraints, prepare::Seen, unless_stopped};
 use crate::calib::{
     Error, Result,
     camera::Camera,
@@ -138,10 +138,7 @@ fn attempt(
     limits: Limits,
     report: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<Option<Refined>> {
-    match refine::refine(problem, start, limits, report) {
-        Err(Error::Stopped) => Err(Error::Stopped),
-        other => Ok(other.ok()),
-    }
+    unless_stopped(refine::refine(problem, start, limits, report))
 }
 
 /// Whether two rough refinements are on their way to the same optimum.

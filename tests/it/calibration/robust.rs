@@ -2,8 +2,10 @@
 
 use super::{Scene, add_noise, plain, random_poses, run};
 use nalgebra::Vector2;
+use std::ops::ControlFlow;
 use straightedge::calib::{
-    calibrate::{CameraSetup, Options, Precision, Weights},
+    Error,
+    calibrate::{CameraSetup, Options, Precision, Weights, calibrate},
     camera::{Camera, Model},
     observation::FrameId,
     stats,
@@ -42,6 +44,28 @@ fn wrong_corners_are_listed_and_do_no_harm() {
     for (view, corner) in wrong {
         let index = pulled.views[view].indices[corner];
         assert!(pulled.views[view].outliers.contains(&index), "{view} {index}");
+    }
+}
+
+/// Also where the solver tries something that may fail: a rival start, a set without the picture that contradicts it.
+#[test]
+fn a_stop_is_never_a_result() {
+    let scene = scene(10, 2);
+    let mut problem = scene.problem(Options::default());
+    problem.observations[3].corners.iter_mut().for_each(|c| c.px.x = 400.0 + 0.8 * (c.px.x - 400.0));
+    let mut steps = 0;
+    let whole = calibrate(&problem, &mut |_| {
+        steps += 1;
+        ControlFlow::Continue(())
+    });
+    assert!(whole.is_ok_and(|c| c.set_aside.len() == 1) && steps > 10);
+    for stop in 1..=steps {
+        let mut step = 0;
+        let stopped = calibrate(&problem, &mut |_| {
+            step += 1;
+            if step == stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        assert_eq!(stopped.err(), Some(Error::Stopped), "step {stop} of {steps}");
     }
 }
 
