@@ -1,12 +1,12 @@
 //! `straightedge experiment`: the source document's Section V, measured.
 
-use std::{fs, ops::ControlFlow, path::PathBuf, process::ExitCode};
+use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
 
 use indicatif::ProgressBar;
 
 use super::{files, print};
 use crate::calib::{
-    Error, Result,
+    Result,
     experiment::{self, Experiment, claims::Verdict, table},
 };
 
@@ -27,10 +27,7 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     // Before the work, so that a wrong path costs nothing.
     let figures = args.out.join(FIGURES);
-    fs::create_dir_all(&figures).map_err(|e| Error::File {
-        path: figures.display().to_string(),
-        message: format!("this folder cannot be made ({e}): choose another"),
-    })?;
+    files::folder(&figures)?;
     let bar = ProgressBar::new_spinner();
     let found = experiment::run(args.ablate, &mut |what| {
         bar.set_message(what.to_owned());

@@ -1,6 +1,7 @@
 //! `straightedge synth`: pictures of a board whose every corner is known.
 
 use std::{
+    collections::BTreeSet,
     fs,
     path::{Path, PathBuf},
     process::ExitCode,
@@ -212,7 +213,7 @@ fn stale(out: &Path, scene: &Scene) -> Option<String> {
     if before == scene.to_json() {
         return None;
     }
-    let ours: Vec<String> = (0..scene.poses.len()).map(|view| scene.file_name(view)).collect();
+    let ours: BTreeSet<String> = (0..scene.poses.len()).map(|view| scene.file_name(view)).collect();
     let mut left: Vec<String> = match Scene::from_json(&before) {
         Ok(old) => (0..old.poses.len()).map(|view| old.file_name(view)).collect(),
         Err(_) => Vec::new(),
