@@ -33,7 +33,7 @@ use crate::calib::{
 
 pub use self::exif::Exif;
 pub use list::list;
-pub use sniff::{Content, Format, sniff};
+pub use sniff::{Content, Format, sniff, sniff_named};
 
 /// Most pixels of one picture; more is refused before anything is decoded.
 pub const MAX_PIXELS: u64 = if cfg!(target_pointer_width = "32") { 120_000_000 } else { 400_000_000 };
@@ -98,7 +98,7 @@ pub fn size_px(path: &Path) -> Result<[u32; 2]> {
     let bytes = fs::read(path).map_err(|e| Error::File { path: name.clone(), message: list::reason(&e) })?;
     let reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format();
     match reader.ok().and_then(|r| r.into_dimensions().ok()) {
-        Some((w, h)) if matches!(sniff(&bytes), Content::Picture(_)) => Ok([w, h]),
+        Some((w, h)) if matches!(sniff_named(&name, &bytes), Content::Picture(_)) => Ok([w, h]),
         _ => decode(&name, &bytes, Colours::Gray).map(|p| [p.photo.width as u32, p.photo.height as u32]),
     }
 }
@@ -109,7 +109,7 @@ pub fn size_px(path: &Path) -> Result<[u32; 2]> {
 /// [`Error::Picture`] with the reason and the remedy.
 pub fn decode(name: &str, bytes: &[u8], colours: Colours) -> Result<Picture> {
     let refuse = |message: String| Error::Picture { file: name.to_owned(), message };
-    let format = match sniff(bytes) {
+    let format = match sniff_named(name, bytes) {
         Content::Picture(format) => format,
         Content::Foreign(what) | Content::Other(what) => return Err(refuse(what)),
     };

@@ -62,15 +62,32 @@ pub enum Content {
     Other(String),
 }
 
+/// Looks at the first bytes, and where they are those of a TIFF also at the name: in many a raw file, above all one that is cut
+/// short, nothing but its extension tells the preview from a picture.
+pub fn sniff_named(name: &str, bytes: &[u8]) -> Content {
+    const RAW: [&str; 21] = [
+        "nef", "nrw", "arw", "srf", "sr2", "cr2", "cr3", "crw", "dng", "orf", "rw2", "raf", "pef", "srw",
+        "x3f", "3fr", "fff", "iiq", "erf", "mef", "mos",
+    ];
+    let extension = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or_default();
+    match sniff(bytes) {
+        Content::Picture(Format::Tiff) if RAW.contains(&extension.to_ascii_lowercase().as_str()) => {
+            raw(&extension.to_ascii_uppercase())
+        }
+        content => content,
+    }
+}
+
+fn raw(name: &str) -> Content {
+    Content::Foreign(format!(
+        "{name} is raw sensor data (RAW), which is not read: develop it to TIFF, PNG or JPEG at full size, without lens correction"
+    ))
+}
+
 /// Looks at the first bytes (64 KiB are plenty, 4 KiB do for all but some raw files).
 pub fn sniff(bytes: &[u8]) -> Content {
     use Content::{Foreign, Other, Picture};
     let at = |offset: usize, magic: &[u8]| bytes.get(offset..).is_some_and(|b| b.starts_with(magic));
-    let raw = |name: &str| {
-        Foreign(format!(
-            "{name} is raw sensor data, which is not read: develop it to a 16-bit TIFF or a JPEG, without lens correction"
-        ))
-    };
     let still = |name: &str| {
         Foreign(format!("{name} pictures are not read: export them as JPEG or PNG at full size"))
     };
@@ -241,7 +258,6 @@ pub(super) fn shorter_than_it_says(bytes: &[u8]) -> bool {
 fn raw_tiff(bytes: &[u8]) -> Option<&'static str> {
     const NEW_SUBFILE_TYPE: u16 = 254;
     const PHOTOMETRIC: u16 = 262;
-    const MAKE: u16 = 271;
     const SUB_IFDS: u16 = 330;
     const DNG_VERSION: u16 = 50706;
     if bytes.get(8..10) == Some(b"CR") {
@@ -256,5 +272,5 @@ fn raw_tiff(bytes: &[u8]) -> Option<&'static str> {
         return Some("This file");
     }
     let preview = value(NEW_SUBFILE_TYPE).is_some_and(|v| v & 1 == 1);
-    (preview && value(SUB_IFDS).is_some() && value(MAKE).is_some()).then_some("NEF, ARW or alike")
+    (preview && value(SUB_IFDS).is_some()).then_some("A TIFF that begins with a preview (NEF, ARW or alike)")
 }

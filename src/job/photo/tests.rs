@@ -373,3 +373,41 @@ fn real_photographs_are_read() {
         assert!(a.len() == b.len() && off * 10_000 < a.len(), "{set}: {off}");
     }
 }
+
+/// A TIFF whose first directory says that it is a preview and that more lies in sub-directories.
+fn preview_with_sub_directories() -> Vec<u8> {
+    let mut bytes = encode(&photo(16, 8, 1, false), ImageFormat::Tiff);
+    let start = bytes.len() + bytes.len() % 2;
+    bytes.resize(start, 0);
+    let first = ifd::Directory::first(&bytes).unwrap();
+    let entries = first.entries.iter().filter(|e| ![254, 330].contains(&e.tag));
+    let mut list: Vec<(u16, [u8; 12])> =
+        entries.map(|e| (e.tag, bytes[e.value_at - 8..e.value_at + 4].try_into().unwrap())).collect();
+    for tag in [254u16, 330] {
+        let mut entry = [0; 12];
+        entry[..2].copy_from_slice(&tag.to_le_bytes());
+        entry[2..5].copy_from_slice(&[4, 0, 1]);
+        entry[8] = 1;
+        list.push((tag, entry));
+    }
+    list.sort_by_key(|e| e.0);
+    bytes.extend((list.len() as u16).to_le_bytes());
+    list.iter().for_each(|e| bytes.extend(e.1));
+    bytes.extend([0; 4]);
+    bytes[4..8].copy_from_slice(&(start as u32).to_le_bytes());
+    bytes
+}
+
+#[test]
+fn raw_files_are_named_and_never_read_as_their_preview() {
+    let tiff = encode(&photo(16, 8, 3, false), ImageFormat::Tiff);
+    for extension in ["nef", "ARW", "cr2", "dng", "orf", "rw2", "pef", "srw", "raf"] {
+        let name = format!("a.{extension}");
+        for bytes in [&tiff[..], &tiff[..tiff.len() / 2], &tiff[..8]] {
+            let why = message(&name, bytes);
+            assert!(why.contains("RAW") && why.contains("develop it to TIFF, PNG or JPEG"), "{name}: {why}");
+        }
+    }
+    assert!(message("a.tif", &preview_with_sub_directories()).contains("RAW"));
+    assert!(keep("a.tif", &tiff).is_ok());
+}
