@@ -11,6 +11,7 @@ use crate::calib::{
     report::{Report, Solution},
     uncertainty::Uncertainty,
 };
+pub(super) use pictures::count;
 use table::{Table, paragraph, sentence};
 
 /// The evidence of a calibration, or what is known where there is none.

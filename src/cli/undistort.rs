@@ -7,7 +7,7 @@ use std::{
     process::ExitCode,
 };
 
-use super::{NO_RESULT, args::Pictures, files, frames, print, say};
+use super::{NO_RESULT, args::Pictures, files, frames, print, say, text::count};
 use crate::{
     calib::{
         Error, Result,
@@ -88,7 +88,6 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         &Export { camera: &straight.camera, evidence: &Evidence::default(), report: None },
     )?
     .text;
-    files::write(&camera, text.as_bytes())?;
 
     let bar = frames::counter("Undistorting", tasks.len());
     let work = |task: &Task| one(task, &straight, &file.camera, args.interpolation);
@@ -107,15 +106,21 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             Err(error) => say(&format!("error: {name}: {error}")),
         }
     }
+    if done == 0 {
+        say(&format!("none of {} could be undistorted, so {} was not written", count(tasks.len()), camera.display()));
+        return Ok(ExitCode::from(NO_RESULT));
+    }
+    // Beside no picture it would be the camera of nothing, or of the pictures of an earlier run.
+    files::write(&camera, text.as_bytes())?;
     let [w, h] = straight.camera.size_px;
     let [fx, fy, cx, cy] = straight.camera.intrinsics();
     print(&format!(
-        "{done} of {} pictures undistorted into {}; their camera is {}: pinhole, {w} x {h} px, fx {fx:.2}, fy {fy:.2}, cx {cx:.2}, cy {cy:.2}\n",
-        tasks.len(),
+        "{done} of {} undistorted into {}; their camera is {}: pinhole, {w} x {h} px, fx {fx:.2}, fy {fy:.2}, cx {cx:.2}, cy {cy:.2}\n",
+        count(tasks.len()),
         out.display(),
         camera.display()
     ));
-    Ok(if done > 0 { ExitCode::SUCCESS } else { ExitCode::from(NO_RESULT) })
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Reads, undistorts and writes one photograph; answers what reading it told.

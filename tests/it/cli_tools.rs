@@ -235,7 +235,15 @@ fn undistort_goes_on_after_a_bad_picture_and_keeps_formats() {
     let after = photo::read(&path.join("u/deep.jpg"), Colours::Keep).unwrap();
     assert!(after.format == Format::Png && matches!(after.photo.samples, Samples::U16(_)));
     // None is left: no result.
-    ran(path, 1, &["undistort", "in/cut.png", "--camera", "pictures/truth.json", "--out", "v"]);
+    let (_, stderr) =
+        ran(path, 1, &["undistort", "in/cut.png", "--camera", "pictures/truth.json", "--out", "v"]);
+    assert!(stderr.contains("none of 1 picture"), "{stderr}");
+    assert_eq!(files(&path.join("v")), [""; 0]);
+    // The camera of an earlier run stays with its pictures.
+    let before = fs::read(path.join("u/camera.yaml")).unwrap();
+    ran(path, 0, &["convert", "pictures/truth.json", "half.yaml", "--scale", "0.5"]);
+    ran(path, 1, &["undistort", "in/deep.jpg", "--camera", "half.yaml", "--out", "u"]);
+    assert_eq!(fs::read(path.join("u/camera.yaml")).unwrap(), before);
 }
 
 #[test]

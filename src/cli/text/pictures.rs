@@ -14,7 +14,7 @@ const WORST: usize = 20;
 const NAME: usize = 30;
 
 /// `1 picture`, `13 pictures`.
-pub(super) fn count(n: usize) -> String {
+pub(in crate::cli) fn count(n: usize) -> String {
     if n == 1 { "1 picture".to_owned() } else { format!("{n} pictures") }
 }
 
