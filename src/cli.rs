@@ -1,6 +1,7 @@
 //! Headless commands: what is typed, what is printed, and the exit code.
 //!
-//! Exit codes: 0 done · 1 ran, but without a calibration · 2 wrong use (missing path, bad grammar).
+//! Exit codes: 0 done · 1 ran, but without a calibration or a file that was to be written · 2 wrong use (missing path, bad
+//! grammar).
 
 mod args;
 mod board;
@@ -21,7 +22,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::calib::Error;
+use crate::calib::{Error, Result};
 
 /// Camera calibration that can be believed. Without a command it calibrates the built-in scene, whose truth is known
 #[derive(Debug, Parser)]
@@ -82,7 +83,16 @@ pub(crate) fn say(text: &str) {
 }
 
 /// A result, on stdout. A reader that went away (`| head`) is no error.
-pub(crate) fn print(text: &str) {
-    use std::io::Write as _;
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+///
+/// # Errors
+/// [`Error::Output`] where it cannot be written, as on a full disk.
+pub(crate) fn print(text: &str) -> Result<()> {
+    use std::io::{ErrorKind, Write as _};
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::Output { path: "standard output".to_owned(), message: files::not_written(&e) })
+        }
+        _ => Ok(()),
+    }
 }

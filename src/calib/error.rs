@@ -53,10 +53,18 @@ pub enum Error {
         /// Reason and remedy.
         message: String,
     },
-    /// A file or folder that cannot be read or written.
+    /// A file or folder that cannot be read.
     #[error("{path}: {message}")]
     File {
         /// Path as the user gave it.
+        path: String,
+        /// Reason and remedy.
+        message: String,
+    },
+    /// A result that cannot be written.
+    #[error("{path}: {message}")]
+    Output {
+        /// Path as the user gave it, or the stream.
         path: String,
         /// Reason and remedy.
         message: String,
@@ -82,6 +90,7 @@ impl Error {
             Self::Unsupported(_) => "unsupported",
             Self::Picture { .. } => "picture",
             Self::File { .. } => "file",
+            Self::Output { .. } => "output",
             Self::Stopped => "stopped",
             Self::Crashed(_) => "crashed",
         }

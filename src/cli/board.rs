@@ -49,7 +49,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         "{}: {kind}, {size} inner corners, square {square}, on {} ({w:.0} x {h:.0} mm)\n",
         out.display(),
         page.paper
-    ));
+    ))?;
     if !SMALL.contains(&page.paper.as_str()) {
         say(&format!(
             "note: the board does not fit on A4 or A3 (Letter, Tabloid){}",

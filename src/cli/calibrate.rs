@@ -115,8 +115,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 /// Prints, writes, and answers the exit code.
 fn answer(args: &Args, found: &Evidence) -> Result<ExitCode> {
     let report = &found.report;
-    print(&if args.json { report.to_json() } else { text::evidence(report) });
-    let mut well = true;
+    // Files are written also where stdout cannot be.
+    let mut well = outputs::done(print(&if args.json { report.to_json() } else { text::evidence(report) }));
     if let Some(error) = &report.error {
         say(&format!("error: {}", error.text));
         well = false;
@@ -159,7 +159,7 @@ pub(super) fn demo() -> Result<ExitCode> {
     print(
         "The built-in scene \"seed\": 15 pictures rendered in memory by a camera that is known exactly, then detected and\n\
          calibrated as photographs are. Your own: straightedge calibrate FOLDER --square 25mm (see --help).\n\n",
-    );
-    print(&text::evidence(&found.report));
+    )?;
+    print(&text::evidence(&found.report))?;
     Ok(if found.calibration.is_some() { ExitCode::SUCCESS } else { ExitCode::from(NO_RESULT) })
 }

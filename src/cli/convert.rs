@@ -72,7 +72,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         output.format.name,
         file.camera.model,
         written.self_check_px
-    ));
+    ))?;
     for note in file.notes.iter().chain(&written.notes) {
         say(&format!("note: {note}"));
     }

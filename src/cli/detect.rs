@@ -46,7 +46,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if let (false, Err(error)) = (found, &assembly.problem) {
         report.failed(error);
     }
-    print(&if args.json { report.to_json() } else { text::detection(&report) });
+    print(&if args.json { report.to_json() } else { text::detection(&report) })?;
     if let Some(error) = &report.error {
         say(&format!("error: {}", error.text));
         return Ok(ExitCode::from(NO_RESULT));

@@ -27,6 +27,7 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     // Before the work, so that a wrong path costs nothing.
     let figures = args.out.join(FIGURES);
+    files::folder(&args.out)?;
     files::folder(&figures)?;
     let bar = ProgressBar::new_spinner();
     let found = experiment::run(args.ablate, &mut |what| {
@@ -40,7 +41,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     files::write(&args.out.join("experiment.md"), experiment::page::markdown(&found, FIGURES)?.as_bytes())?;
     files::write(&args.out.join("results.json"), found.json()?.as_bytes())?;
-    print(&summary(&found)?);
+    print(&summary(&found)?)?;
     Ok(ExitCode::SUCCESS)
 }
 

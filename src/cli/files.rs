@@ -46,47 +46,57 @@ pub(super) fn bytes(path: &Path) -> Result<Vec<u8>> {
     })
 }
 
-/// Writes a file as a whole or not at all: into a new file beside it, which then takes its name. A link goes on leading where
-/// it led, and what is no file (`/dev/null`, a pipe) is written to, never replaced.
+/// Writes a file as a whole or not at all: into a new file beside it, which then takes its name and its permissions. A link goes
+/// on leading where it led, and what is no file (`/dev/null`, a pipe) is written to, never replaced.
 ///
 /// # Errors
-/// [`Error::File`] with the reason.
+/// [`Error::Output`] with the reason.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let wrong = |e: io::Error| {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty() && !p.is_dir());
         let why = match (e.kind(), folder) {
             (_, Some(folder)) => format!("the folder {} does not exist: make it first", folder.display()),
-            (io::ErrorKind::PermissionDenied, _) => "it may not be written: choose another folder".to_owned(),
-            (io::ErrorKind::StorageFull, _) => "the disk is full: make room".to_owned(),
-            _ => format!("it cannot be written ({e})"),
+            _ => not_written(&e),
         };
-        error(path, &why)
+        output(path, &why)
     };
     if path.is_dir() {
-        return Err(error(path, "this is a folder: add a file name"));
+        return Err(output(path, "this is a folder: add a file name"));
+    }
+    let before = path.metadata().ok();
+    if before.as_ref().map_or(path.is_symlink(), |b| !b.is_file()) {
+        return fs::write(path, bytes).map_err(wrong);
     }
     let target = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-    if target.metadata().is_ok_and(|about| !about.is_file()) {
-        return fs::write(&target, bytes).map_err(wrong);
-    }
     let beside = beside(&target);
-    let written = fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, &target));
+    let written = fs::write(&beside, bytes)
+        .and_then(|()| before.map_or(Ok(()), |b| fs::set_permissions(&beside, b.permissions())))
+        .and_then(|()| fs::rename(&beside, &target));
     written.map_err(|e| {
         let _ = fs::remove_file(&beside);
         wrong(e)
     })
 }
 
-/// Makes a folder and those above it where they are missing.
+/// Why a result could not be written, and what to do.
+pub(super) fn not_written(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::PermissionDenied => "it may not be written: choose another folder".to_owned(),
+        io::ErrorKind::StorageFull => "the disk is full: make room".to_owned(),
+        _ => format!("it cannot be written ({error})"),
+    }
+}
+
+/// Makes a folder for results, and those above it, where they are missing.
 ///
 /// # Errors
-/// [`Error::File`] with the reason.
+/// [`Error::Output`] with the reason.
 pub(super) fn folder(path: &Path) -> Result<()> {
     if path.is_file() {
-        return Err(error(path, "this is a file, a folder was expected: choose another name"));
+        return Err(output(path, "this is a file, a folder was expected: choose another name"));
     }
     fs::create_dir_all(path)
-        .map_err(|e| error(path, &format!("this folder cannot be made ({e}): choose another")))
+        .map_err(|e| output(path, &format!("this folder cannot be made ({e}): choose another")))
 }
 
 /// Whether both paths lead to one file that exists.
@@ -112,6 +122,10 @@ fn beside(path: &Path) -> PathBuf {
 
 fn error(path: &Path, message: &str) -> Error {
     Error::File { path: path.display().to_string(), message: message.to_owned() }
+}
+
+fn output(path: &Path, message: &str) -> Error {
+    Error::Output { path: path.display().to_string(), message: message.to_owned() }
 }
 
 #[cfg(all(test, unix))]

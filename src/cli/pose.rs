@@ -88,9 +88,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if args.json {
         let poses = Poses { version: env!("CARGO_PKG_VERSION"), settings, camera, frames };
         // Fails only for keys that are not text, and there are none.
-        print(&(serde_json::to_string_pretty(&poses).unwrap_or_default() + "\n"));
+        print(&(serde_json::to_string_pretty(&poses).unwrap_or_default() + "\n"))?;
     } else {
-        print(&table(&frames, unit));
+        print(&table(&frames, unit))?;
     }
     Ok(if found { ExitCode::SUCCESS } else { ExitCode::from(NO_RESULT) })
 }

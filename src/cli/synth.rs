@@ -150,7 +150,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         scene.board.unit.name(),
         if scene.method == Method::Exact { "" } else { ", crude" },
         scene.seed
-    ));
+    ))?;
     if let Some(stale) = stale {
         say(&format!("warning: {stale}"));
     }

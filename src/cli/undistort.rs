@@ -102,12 +102,18 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
                 done += 1;
                 notes.iter().for_each(|note| say(&format!("note: {name}: {note}")));
             }
-            Err(error @ (Error::File { .. } | Error::Picture { .. })) => say(&format!("error: {error}")),
+            Err(error @ (Error::File { .. } | Error::Output { .. } | Error::Picture { .. })) => {
+                say(&format!("error: {error}"))
+            }
             Err(error) => say(&format!("error: {name}: {error}")),
         }
     }
     if done == 0 {
-        say(&format!("none of {} could be undistorted, so {} was not written", count(tasks.len()), camera.display()));
+        say(&format!(
+            "none of {} could be undistorted, so {} was not written",
+            count(tasks.len()),
+            camera.display()
+        ));
         return Ok(ExitCode::from(NO_RESULT));
     }
     // Beside no picture it would be the camera of nothing, or of the pictures of an earlier run.
@@ -119,7 +125,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         count(tasks.len()),
         out.display(),
         camera.display()
-    ));
+    ))?;
     Ok(ExitCode::SUCCESS)
 }
 

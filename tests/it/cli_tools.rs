@@ -412,14 +412,6 @@ fn wrong_use_is_answered_with_the_remedy() {
         (undistort(&["--alpha", "-0.5"]), vec!["from 0 to 1"]),
         (undistort(&["--alpha", "nan"]), vec!["from 0 to 1"]),
         (undistort(&["--interpolation", "cubic"]), vec!["choose bilinear or lanczos"]),
-        (
-            vec!["undistort", "pictures", "--camera", camera, "--out", "file"],
-            vec!["this is a file, a folder was expected"],
-        ),
-        (
-            vec!["undistort", "pictures", "--camera", camera, "--out", "file/o"],
-            vec!["file/o", "cannot be made"],
-        ),
         (vec!["convert", camera, "a.docx"], vec!["does not say which format", "opencv, ros"]),
         (vec!["convert", camera, "caffe:a.yaml"], vec!["\"caffe\" is not a camera file format"]),
         (vec!["convert", "note.txt", "a.yaml"], vec!["note.txt"]),
@@ -433,7 +425,6 @@ fn wrong_use_is_answered_with_the_remedy() {
         ),
         (vec!["convert", camera, "a.yaml", "--crop", "0,0,0,10"], vec!["does not lie inside"]),
         (vec!["convert", camera, "a.yaml", "--crop", "1,2,3"], vec!["x,y,width,height"]),
-        (vec!["convert", camera, "missing/a.yaml"], vec!["the folder missing does not exist"]),
         (vec!["convert", camera, camera], vec!["this is the file to read"]),
         (vec!["pose", "pictures", "--camera", camera, "--board", "9"], vec!["is not a board size"]),
         (vec!["pose", "pictures", "--camera", camera, "--square", "-1mm"], vec!["greater than zero"]),
@@ -448,7 +439,6 @@ fn wrong_use_is_answered_with_the_remedy() {
         (vec!["synth", "--origin", "middle", "--out", "o"], vec!["choose outer or inner"]),
         (vec!["synth", "--margin", "-1", "--out", "o"], vec!["margin"]),
         (vec!["synth", "--seed", "-1", "--out", "o"], vec!["--seed"]),
-        (vec!["synth", "--out", "file"], vec!["a folder was expected"]),
         (
             vec!["board", "--kind", "charuco", "--size", "9x6", "--square", "25mm", "--out", "b.pdf"],
             vec!["not a kind of board"],
@@ -457,12 +447,28 @@ fn wrong_use_is_answered_with_the_remedy() {
         (vec!["board", "--size", "9x6", "--square", "25mm", "--out", "b.png"], vec![".pdf or .svg"]),
         (vec!["board", "--size", "9x6", "--square", "1m", "--out", "b.pdf"], vec!["more than 5 m"]),
         (vec!["board", "--size", "1x6", "--square", "25mm", "--out", "b.pdf"], vec!["is not a board size"]),
+    ] {
+        refused(path, 2, &args, &words);
+    }
+    // What cannot be written: ran, but no result.
+    for (args, words) in [
+        (
+            vec!["undistort", "pictures", "--camera", camera, "--out", "file"],
+            vec!["this is a file, a folder was expected"],
+        ),
+        (
+            vec!["undistort", "pictures", "--camera", camera, "--out", "file/o"],
+            vec!["file/o", "cannot be made"],
+        ),
+        (vec!["convert", camera, "missing/a.yaml"], vec!["the folder missing does not exist"]),
+        (vec!["synth", "--out", "file"], vec!["a folder was expected"]),
         (
             vec!["board", "--size", "9x6", "--square", "25mm", "--out", "no/b.pdf"],
             vec!["the folder no does not exist"],
         ),
+        (vec!["experiment", "--out", "file"], vec!["file: this is a file, a folder was expected"]),
     ] {
-        refused(path, 2, &args, &words);
+        refused(path, 1, &args, &words);
     }
     // Nothing to do: ran, but no result.
     refused(
@@ -475,4 +481,51 @@ fn wrong_use_is_answered_with_the_remedy() {
     let left: Vec<PathBuf> =
         ["o", "o2", "a.yaml", "b.pdf"].map(|n| path.join(n)).into_iter().filter(|p| p.exists()).collect();
     assert!(left.is_empty(), "wrong use must leave nothing behind: {left:?}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told_and_a_reader_that_left_is_not() {
+    let folder = scene(1);
+    let run = |stdout: std::process::Stdio| {
+        Command::new(env!("CARGO_BIN_EXE_straightedge"))
+            .current_dir(folder.path())
+            .args(["convert", "pictures/truth.json", "a.yaml"])
+            .stdout(stdout)
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let out = run(full.into()).wait_with_output().unwrap();
+    let stderr = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert_eq!(out.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("standard output: the disk is full"), "{stderr}");
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let out = run(writer.into()).wait_with_output().unwrap();
+    assert_eq!((out.status.code(), out.stderr.as_slice()), (Some(0), &b""[..]));
+}
+
+#[cfg(unix)]
+#[test]
+fn links_devices_and_permissions_stay_what_they_are() {
+    use std::os::unix::fs::{FileTypeExt as _, PermissionsExt as _, symlink};
+    let folder = scene(1);
+    let path = folder.path();
+    let at = |name: &str| path.join(name);
+    fs::write(at("real.yaml"), "old").unwrap();
+    fs::set_permissions(at("real.yaml"), fs::Permissions::from_mode(0o640)).unwrap();
+    symlink("real.yaml", at("link.yaml")).unwrap();
+    ran(path, 0, &["convert", "pictures/truth.json", "link.yaml"]);
+    assert!(fs::symlink_metadata(at("link.yaml")).unwrap().is_symlink());
+    assert!(fs::read_to_string(at("real.yaml")).unwrap().contains("camera_matrix"));
+    ran(path, 0, &["convert", "pictures/truth.json", "real.yaml", "--scale", "0.5"]);
+    assert_eq!(fs::metadata(at("real.yaml")).unwrap().permissions().mode() & 0o777, 0o640);
+    assert!(Command::new("mkfifo").arg(at("pipe")).status().unwrap().success());
+    let pipe = at("pipe");
+    let reader = std::thread::spawn(move || fs::read_to_string(pipe).unwrap());
+    ran(path, 0, &["convert", "pictures/truth.json", "opencv:pipe"]);
+    assert!(fs::metadata(at("pipe")).unwrap().file_type().is_fifo());
+    assert!(reader.join().unwrap().contains("camera_matrix"));
 }

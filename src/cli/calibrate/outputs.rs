@@ -39,11 +39,13 @@ pub(super) fn page(report: &Report, path: &Path) -> Result<String> {
 
 /// Says what was done or why not; whether it was done.
 pub(super) fn told(done: Result<String>) -> bool {
+    self::done(done.map(|text| say(&text)))
+}
+
+/// Whether it was done; says why not.
+pub(super) fn done(done: Result<()>) -> bool {
     match done {
-        Ok(text) => {
-            say(&text);
-            true
-        }
+        Ok(()) => true,
         Err(error) => {
             say(&format!("error: {error}"));
             false
