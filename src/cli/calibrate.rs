@@ -3,14 +3,19 @@
 mod inputs;
 mod outputs;
 
-use std::{path::PathBuf, process::ExitCode, sync::Arc, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+    sync::Arc,
+    time::Instant,
+};
 
 use super::{
     NO_RESULT,
     args::{self, Fixes, ModelArg},
     evidence::{Evidence, Known, Plan, evidence},
     fail_if::FailIf,
-    frames, print, say, text,
+    files, frames, print, say, text,
 };
 use crate::{
     calib::{
@@ -72,6 +77,13 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let begun = Instant::now();
+    let inputs = || {
+        let named = [&args.corners, &args.truth, &args.start];
+        args.paths.iter().chain(named.into_iter().flatten()).map(PathBuf::as_path)
+    };
+    for path in args.out.iter().map(|o| Path::new(&o.path)).chain(args.report.as_deref()) {
+        files::may_write(path, inputs())?;
+    }
     let truth = args.truth.as_deref().map(inputs::truth).transpose()?;
     let start = args.start.as_deref().map(inputs::start).transpose()?;
     let mut pool = frames::pool(args.detecting.threads);

@@ -22,7 +22,7 @@ pub(super) struct Args {
     #[arg(value_name = "[FORMAT:]OUT")]
     output: Destination,
     /// The camera of the same pictures cropped to this rectangle, px of the original from its top-left pixel
-    #[arg(long, value_name = "X,Y,W,H")]
+    #[arg(long, value_name = "X,Y,W,H", allow_hyphen_values = true)]
     crop: Option<Crop>,
     /// The camera of the same pictures resized by this factor, after the crop
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
@@ -50,10 +50,8 @@ impl FromStr for Crop {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let Args { input, output, crop, scale } = args;
     let path = Path::new(&output.path);
+    files::may_write(path, [input.as_path()])?;
     let mut file = files::camera(input)?;
-    if files::same(input, path) {
-        return Err(Error::Invalid(format!("{}: this is the file to read: give another name", output.path)));
-    }
     if let Some(Crop(rectangle)) = crop {
         file = file.cropped(*rectangle)?;
     }

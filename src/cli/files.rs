@@ -1,14 +1,21 @@
 //! Files that commands read and write beside pictures.
 
 use std::{
-    fs, io,
+    fs,
+    io::{self, Read as _},
     path::{Path, PathBuf},
 };
 
-use crate::calib::{
-    Error, Result,
-    format::{self, CameraFile},
+use crate::{
+    calib::{
+        Error, Result,
+        format::{self, CameraFile},
+    },
+    job::photo::{Content, sniff_named},
 };
+
+/// Bytes of a file that are looked at to see what it is.
+const HEAD: u64 = 65536;
 
 /// Reads a camera file of any format.
 ///
@@ -102,6 +109,29 @@ pub(super) fn folder(path: &Path) -> Result<()> {
 /// Whether both paths lead to one file that exists.
 pub(super) fn same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// Refuses to write where a photograph lies, or an input: asked before any work.
+///
+/// # Errors
+/// [`Error::Invalid`] with the reason.
+pub(super) fn may_write<'a>(path: &Path, inputs: impl IntoIterator<Item = &'a Path>) -> Result<()> {
+    let refuse = |what: &str| {
+        Err(Error::Invalid(format!("{}: this is {what}: give another name to the result", path.display())))
+    };
+    // A pipe or a device is not looked into: that would wait for what it gives.
+    if !path.is_file() {
+        return Ok(());
+    }
+    if inputs.into_iter().any(|input| same(input, path)) {
+        return refuse("the file to read");
+    }
+    let mut head = Vec::new();
+    let read = fs::File::open(path).and_then(|f| f.take(HEAD).read_to_end(&mut head));
+    match sniff_named(&path.to_string_lossy(), &head) {
+        Content::Picture(_) | Content::Foreign(_) if read.is_ok() => refuse("a photograph"),
+        _ => Ok(()),
+    }
 }
 
 /// What to say where the paths hold no picture.

@@ -83,6 +83,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             camera.display()
         )));
     }
+    files::may_write(&camera, [])?;
     let text = format::write(
         format::by_name("opencv")?,
         &Export { camera: &straight.camera, evidence: &Evidence::default(), report: None },

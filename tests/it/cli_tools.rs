@@ -426,6 +426,20 @@ fn wrong_use_is_answered_with_the_remedy() {
         (vec!["convert", camera, "a.yaml", "--crop", "0,0,0,10"], vec!["does not lie inside"]),
         (vec!["convert", camera, "a.yaml", "--crop", "1,2,3"], vec!["x,y,width,height"]),
         (vec!["convert", camera, camera], vec!["this is the file to read"]),
+        (vec!["convert", camera, "opencv:pictures/view_01.png"], vec!["view_01.png: this is a photograph"]),
+        (
+            vec!["calibrate", "pictures", "--out", "a.yaml", "--out", "opencv:pictures/view_01.png"],
+            vec!["view_01.png: this is a photograph"],
+        ),
+        (
+            vec!["calibrate", "pictures", "--report", "pictures/view_01.png"],
+            vec!["view_01.png: this is a photograph"],
+        ),
+        (
+            vec!["calibrate", "pictures", "--truth", camera, "--out", camera],
+            vec!["pictures/truth.json: this is the file to read"],
+        ),
+        (vec!["convert", camera, "a.yaml", "--crop", "-5,0,100,100"], vec!["\"-5,0,100,100\" is not a crop"]),
         (vec!["pose", "pictures", "--camera", camera, "--board", "9"], vec!["is not a board size"]),
         (vec!["pose", "pictures", "--camera", camera, "--square", "-1mm"], vec!["greater than zero"]),
         (vec!["pose", "missing", "--camera", camera], vec!["missing"]),
