@@ -173,12 +173,13 @@ fn scene(args: &Args) -> Result<Scene> {
     if let Some(PictureSize(size)) = args.size {
         scene.camera = resized(&scene.camera, size)?;
     }
+    if let Some(square) = args.square {
+        scene.measure_in(square.unit);
+        scene.board.square = square.value;
+    }
     let board = &mut scene.board;
     board.size = args.board.unwrap_or(board.size);
     board.margin = args.margin.unwrap_or(board.margin);
-    if let Some(square) = args.square {
-        (board.square, board.unit) = (square.value, square.unit);
-    }
     if let Some(OriginArg(origin)) = args.origin {
         board.origin = origin;
     }

@@ -543,3 +543,32 @@ fn links_devices_and_permissions_stay_what_they_are() {
     assert!(fs::metadata(at("pipe")).unwrap().file_type().is_fifo());
     assert!(reader.join().unwrap().contains("camera_matrix"));
 }
+
+#[test]
+fn another_unit_of_the_square_is_the_same_board_in_the_same_places() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let scene = |square: &str, out: &str| {
+        ran(path, 0, &["synth", "--size", "80x60", "--square", square, "--out", out]);
+        Scene::from_json(&fs::read_to_string(path.join(out).join("scene.json")).unwrap()).unwrap()
+    };
+    let (mm, cm, small) = (scene("30mm", "mm"), scene("3cm", "cm"), scene("2.5cm", "small"));
+    for ((a, b), c) in mm.poses.iter().zip(&cm.poses).zip(&small.poses) {
+        assert_eq!(b.translation, c.translation);
+        for k in 0..3 {
+            assert!((a.translation[k] - 10.0 * b.translation[k]).abs() < 1e-9, "{a:?} {b:?}");
+        }
+    }
+    for view in 0..mm.poses.len() {
+        for (p, q) in mm.corners_px(view).into_iter().zip(cm.corners_px(view)) {
+            assert!((p.unwrap() - q.unwrap()).norm() < 1e-9);
+        }
+    }
+    // A bend that the scene had is converted, one that is asked for now is in the unit that is asked for now.
+    let mut bent = mm;
+    bent.degrade.bend = 5.0;
+    fs::write(path.join("bent.json"), bent.to_json()).unwrap();
+    ran(path, 0, &["synth", "--scene", "bent.json", "--square", "3cm", "--out", "bent"]);
+    let bent = Scene::from_json(&fs::read_to_string(path.join("bent/scene.json")).unwrap()).unwrap();
+    assert!((bent.degrade.bend - 0.5).abs() < 1e-12);
+}

@@ -198,6 +198,18 @@ impl Scene {
         }
     }
 
+    /// Gives all lengths in another unit: what the camera sees stays. Where one of the units is no length of the world, the
+    /// numbers stay.
+    pub fn measure_in(&mut self, unit: Unit) {
+        if let (Some(from), Some(to)) = (self.board.unit.metres(), unit.metres()) {
+            let convert = |length: &mut f64| *length = *length * from / to;
+            convert(&mut self.board.square);
+            convert(&mut self.degrade.bend);
+            self.poses.iter_mut().flat_map(|p| &mut p.translation).for_each(convert);
+        }
+        self.board.unit = unit;
+    }
+
     /// Reads a scene file: this type as JSON.
     ///
     /// # Errors
