@@ -138,7 +138,7 @@ fn one(
     interpolation: Interpolation,
 ) -> Result<Vec<String>> {
     let name = task.from.display().to_string();
-    let original = files::bytes(&task.from)?;
+    let original = photo::bytes(&task.from)?;
     let picture = photo::decode(&name, &original, Colours::Keep)?;
     let [w, h] = camera.size_px;
     if [picture.photo.width, picture.photo.height] != [w as usize, h as usize] {

@@ -15,7 +15,6 @@ mod tiff;
 pub mod write;
 
 use std::{
-    fs,
     io::Cursor,
     panic::{AssertUnwindSafe, catch_unwind},
     path::Path,
@@ -32,7 +31,7 @@ use crate::calib::{
 };
 
 pub use self::exif::Exif;
-pub use list::list;
+pub use list::{bytes, list};
 pub use sniff::{Content, Format, sniff, sniff_named};
 
 /// Most pixels of one picture; more is refused before anything is decoded.
@@ -85,7 +84,7 @@ impl Picture {
 /// [`Error::File`] where the file cannot be read, [`Error::Picture`] where it is not a picture that can be used.
 pub fn read(path: &Path, colours: Colours) -> Result<Picture> {
     let name = path.display().to_string();
-    let bytes = fs::read(path).map_err(|e| Error::File { path: name.clone(), message: list::reason(&e) })?;
+    let bytes = bytes(path)?;
     decode(&name, &bytes, colours)
 }
 
@@ -95,7 +94,7 @@ pub fn read(path: &Path, colours: Colours) -> Result<Picture> {
 /// As [`read`].
 pub fn size_px(path: &Path) -> Result<[u32; 2]> {
     let name = path.display().to_string();
-    let bytes = fs::read(path).map_err(|e| Error::File { path: name.clone(), message: list::reason(&e) })?;
+    let bytes = bytes(path)?;
     let reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format();
     match reader.ok().and_then(|r| r.into_dimensions().ok()) {
         Some((w, h)) if matches!(sniff_named(&name, &bytes), Content::Picture(_)) => Ok([w, h]),

@@ -20,7 +20,8 @@ const HEAD: u64 = 4096;
 ///
 /// * A file that is named is listed whatever it is: reading it says what is wrong with it.
 /// * Of a folder, all pictures and videos are listed by content or by extension, also those of kinds that cannot be
-///   read, so that they are named; other files are passed over, and so is everything whose name begins with a dot.
+///   read, so that they are named; other files are passed over, and so is everything whose name begins with a dot and what is
+///   no file at all, as a pipe or a device: reading it may wait for ever.
 /// * Sub-folders are entered only where a folder holds no file beside them.
 /// * A file is listed once.
 ///
@@ -49,7 +50,11 @@ fn folder(path: &Path, depth: usize) -> Result<Vec<PathBuf>> {
             continue;
         }
         let path = entry.path();
-        if path.is_dir() { folders.push((name, path)) } else { files.push((name, path)) }
+        if path.is_dir() {
+            folders.push((name, path));
+        } else if fs::metadata(&path).map_or(true, |about| about.is_file()) {
+            files.push((name, path));
+        }
     }
     if files.is_empty() && depth < DEEPEST {
         let mut found = Vec::new();
@@ -75,12 +80,28 @@ fn is_wanted(path: &Path) -> bool {
     read.is_ok() && matches!(sniff(&head), Content::Picture(_) | Content::Foreign(_))
 }
 
+/// The whole file.
+///
+/// # Errors
+/// [`Error::File`] where it cannot be read or is no file: a pipe or a device would be waited for.
+pub fn bytes(path: &Path) -> Result<Vec<u8>> {
+    let about = fs::metadata(path).map_err(|e| error(path, &e))?;
+    if !about.is_file() && !about.is_dir() {
+        return Err(Error::File {
+            path: path.display().to_string(),
+            message: "this is no file but a pipe or a device: save the picture to a file and give that"
+                .to_owned(),
+        });
+    }
+    fs::read(path).map_err(|e| error(path, &e))
+}
+
 fn error(path: &Path, error: &io::Error) -> Error {
     Error::File { path: path.display().to_string(), message: reason(error) }
 }
 
 /// An operating system's error in words that help.
-pub(super) fn reason(error: &io::Error) -> String {
+fn reason(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "no such file or folder: check the path".to_owned(),
         io::ErrorKind::PermissionDenied => "it may not be read: check its permissions".to_owned(),

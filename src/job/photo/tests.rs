@@ -411,3 +411,16 @@ fn raw_files_are_named_and_never_read_as_their_preview() {
     assert!(message("a.tif", &preview_with_sub_directories()).contains("RAW"));
     assert!(keep("a.tif", &tiff).is_ok());
 }
+
+#[cfg(unix)]
+#[test]
+fn pipes_are_never_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe.jpg");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    std::fs::write(folder.path().join("a.jpg"), jpeg(&photo(16, 8, 1, false))).unwrap();
+    assert_eq!(list(&[folder.path().to_path_buf()]).unwrap(), [folder.path().join("a.jpg")]);
+    let error = read(&pipe, Colours::Gray).unwrap_err().to_string();
+    assert!(error.contains("pipe.jpg: this is no file but a pipe"), "{error}");
+    assert!(size_px(&pipe).is_err());
+}
