@@ -34,10 +34,11 @@ pub use self::exif::Exif;
 pub use list::{bytes, list};
 pub use sniff::{Content, Format, sniff, sniff_named};
 
-/// Most pixels of one picture; more is refused before anything is decoded.
-pub const MAX_PIXELS: u64 = if cfg!(target_pointer_width = "32") { 120_000_000 } else { 400_000_000 };
-/// Most bytes of one decoded picture.
-pub const MAX_BYTES: u64 = if cfg!(target_pointer_width = "32") { 800_000_000 } else { 4_000_000_000 };
+/// Most pixels of one picture; more is refused before anything is decoded. Twice what the largest cameras give: several
+/// pictures are open at the same time.
+pub const MAX_PIXELS: u64 = if cfg!(target_pointer_width = "32") { 120_000_000 } else { 200_000_000 };
+/// Most bytes of one decoded picture: [`MAX_PIXELS`] with four channels of 16 bits.
+pub const MAX_BYTES: u64 = if cfg!(target_pointer_width = "32") { 800_000_000 } else { 1_600_000_000 };
 
 /// A photograph that was read.
 #[derive(Clone, Debug)]

@@ -1,3 +1,5 @@
+use std::fs;
+
 use image::ExtendedColorType;
 
 use super::*;
@@ -423,4 +425,12 @@ fn pipes_are_never_waited_for() {
     let error = read(&pipe, Colours::Gray).unwrap_err().to_string();
     assert!(error.contains("pipe.jpg: this is no file but a pipe"), "{error}");
     assert!(size_px(&pipe).is_err());
+}
+
+#[test]
+fn limits_hold_the_largest_cameras_and_no_bomb() {
+    let check = |w, h, bytes| check_size(w, h, bytes);
+    assert_eq!(check(11_648, 8_736, 8), Ok(()), "100 megapixels, four channels of 16 bits");
+    let error = check(20_000, 20_000, 1).unwrap_err();
+    assert!(error.contains("20000 x 20000 px") && error.contains("(200 megapixels)"), "{error}");
 }
