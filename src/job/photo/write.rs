@@ -60,7 +60,7 @@ pub fn like(name: &str, original: &[u8], photo: &Photo) -> Result<Vec<u8>> {
         Format::Tiff => tiff::write(original, photo),
         Format::WebP => webp::write(original, photo),
         Format::Bmp => plain(photo, ImageFormat::Bmp),
-        Format::Pnm => plain(photo, ImageFormat::Pnm),
+        Format::Pnm => pnm(original, photo),
     };
     written.map_err(|e| {
         refuse(format!("it cannot be written as {format} ({e}): save the original as PNG or TIFF first"))
@@ -91,6 +91,23 @@ fn encode(
 /// Encodes with the defaults of a format.
 fn plain(photo: &Photo, format: ImageFormat) -> Written {
     encode(photo, |p, out| image::write_buffer_with_format(out, p.bytes, p.width, p.height, p.kind, format))
+}
+
+/// Encodes as PGM or PPM, which everything reads; as PAM only what was PAM, or has alpha.
+fn pnm(original: &[u8], photo: &Photo) -> Written {
+    let magic = match photo.channels {
+        _ if original.starts_with(b"P7") => return plain(photo, ImageFormat::Pnm),
+        1 => "P5",
+        3 => "P6",
+        _ => return plain(photo, ImageFormat::Pnm),
+    };
+    let (most, samples) = match &photo.samples {
+        Samples::U8(s) => (u16::from(u8::MAX), Cow::Borrowed(s.as_slice())),
+        Samples::U16(s) => (u16::MAX, Cow::Owned(s.iter().flat_map(|v| v.to_be_bytes()).collect())),
+    };
+    let mut out = format!("{magic}\n{} {}\n{most}\n", photo.width, photo.height).into_bytes();
+    out.extend_from_slice(&samples);
+    Ok(out)
 }
 
 /// Whether a colour profile is for pixels of so many channels: one for CMYK does not fit what was converted to RGB.

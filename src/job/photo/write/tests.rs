@@ -307,3 +307,18 @@ fn what_cannot_hold_the_pixels_says_so() {
         like("b", b"text", &photo(1, 1, 1, false)).unwrap_err().to_string().starts_with("b: this is a text")
     );
 }
+
+#[test]
+fn grey_and_colours_stay_pgm_and_ppm() {
+    for (channels, magic) in [(1, b"P5\n"), (3, b"P6\n")] {
+        for wide in [false, true] {
+            let photo = photo(7, 5, channels, wide);
+            let written =
+                like("a", format!("P{}\n1 1\n255\n\0\0\0", 4 + channels.min(2)).as_bytes(), &photo).unwrap();
+            assert!(written.starts_with(magic), "{:?}", &written[..12]);
+            assert_eq!(read(&written).photo, photo);
+            let pam = plain(&photo, ImageFormat::Pnm).unwrap();
+            assert!(pam.starts_with(b"P7") && like("a", &pam, &photo).unwrap() == pam);
+        }
+    }
+}
