@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::number::counted;
+
 /// What can keep a calibration, a detection, a rendering or a file from existing.
 ///
 /// Everything that can be worked around is a [`crate::calib::solution::Warning`] beside a result instead.
@@ -9,7 +11,8 @@ use serde::{Deserialize, Serialize};
 pub enum Error {
     /// Fewer usable views than the unknowns need.
     #[error(
-        "{got} usable view(s), at least {need} are needed: photograph the board from {need} or more different angles"
+        "{}, at least {need} are needed: photograph the board from {need} or more different angles",
+        counted(*.got, "usable view")
     )]
     TooFewViews {
         /// Views that the model and the fixed parameters ask for.

@@ -6,7 +6,7 @@ mod figures;
 mod tables;
 mod text;
 
-use super::report::Report;
+use super::{number::counted, report::Report};
 use text::escape;
 
 /// Writes the page.
@@ -69,10 +69,11 @@ fn subtitle(report: &Report) -> String {
     let used = report.included().count();
     let corners: usize = report.included().map(|f| f.corners.len()).sum();
     format!(
-        "{} {}, {used} of {} pictures used, {corners} corners, Straightedge {}",
+        "{} {}, {used} of {} used, {}, Straightedge {}",
         board,
         if s.board_is_found { "(found from the pictures)" } else { "(given)" },
-        report.frames.len(),
+        counted(report.frames.len(), "picture"),
+        counted(corners, "corner"),
         report.version
     )
 }

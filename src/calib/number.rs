@@ -33,6 +33,11 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{value:.decimals$}")
 }
 
+/// `1 picture`, `13 pictures`: for words that only take an s.
+pub fn counted(n: usize, word: &str) -> String {
+    format!("{n} {word}{}", if n == 1 { "" } else { "s" })
+}
+
 /// An angle in degrees, one digit after the point.
 pub fn degrees(rad: f64) -> String {
     let text = format!("{:.1}", rad.to_degrees());
@@ -47,6 +52,11 @@ pub fn percent(fraction: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_is_singular() {
+        assert_eq!([0, 1, 2].map(|n| counted(n, "view")), ["0 views", "1 view", "2 views"]);
+    }
 
     #[test]
     fn two_digits_of_sigma() {

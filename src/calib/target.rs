@@ -109,6 +109,11 @@ impl BoardSize {
         self.cols as usize * self.rows as usize
     }
 
+    /// `a` or `an`, as its name is spoken: an 8x6 board.
+    pub fn article(self) -> &'static str {
+        if matches!(self.cols, 11 | 18) || self.cols.to_string().starts_with('8') { "an" } else { "a" }
+    }
+
     /// Never: a board has at least 2 × 2 corners.
     pub const fn is_empty(self) -> bool {
         self.len() == 0

@@ -59,7 +59,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     if (size.cols + size.rows) % 2 == 0 {
         say(&format!(
-            "note: a {size} board looks the same upside down, so the order of its corners is a choice: one odd and one even number (for example {}x{}) tell which way is up",
+            "note: {} {size} board looks the same upside down, so the order of its corners is a choice: one odd and one even number (for example {}x{}) tell which way is up",
+            size.article(),
             size.cols + 1,
             size.rows
         ));

@@ -107,6 +107,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         (settings.square, settings.unit) = (value, unit);
     }
     let plan = Plan {
+        paths: args.paths.clone(),
         board,
         models: args.model.0.map_or_else(|| Model::ALL.to_vec(), |model| vec![model]),
         start,
@@ -159,6 +160,7 @@ pub(super) fn demo() -> Result<ExitCode> {
     let views = (0..scene.poses.len()).map(|view| Source::View { scene: scene.clone(), view });
     let inspected = frames::inspect(&mut pool, views.collect(), Default::default())?;
     let plan = Plan {
+        paths: Vec::new(),
         board: None,
         models: vec![Model::Brown5],
         start: None,

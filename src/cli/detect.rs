@@ -33,6 +33,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let inspected = frames::inspect(&mut pool, sources, args.detecting.options())?;
     let (square, unit) = args.board.square();
     let plan = Plan {
+        paths: args.pictures.paths.clone(),
         board: args.board.board.0,
         models: vec![Model::Brown5],
         start: None,

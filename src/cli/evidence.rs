@@ -1,8 +1,11 @@
 //! From what was seen to the report: assembly, calibration, comparison with the truth.
 
-use std::time::Instant;
+use std::{path::PathBuf, time::Instant};
 
-use super::frames::{self, Inspected};
+use super::{
+    files,
+    frames::{self, Inspected},
+};
 use crate::{
     calib::{
         Error, Result,
@@ -22,6 +25,8 @@ use crate::{
 
 /// What to calibrate and how.
 pub(super) struct Plan {
+    /// Where the pictures are, as the user gave it.
+    pub(super) paths: Vec<PathBuf>,
     /// Inner corners; `None` finds them.
     pub(super) board: Option<BoardSize>,
     /// Models to try, simplest first; the simplest that suffices is taken.
@@ -61,7 +66,10 @@ pub(super) fn sort_out(inspected: &Inspected, plan: &Plan) -> (Report, Assembly)
         start: plan.start.as_ref().map(|s| s.1.clone()),
         options: plan.options.clone(),
     };
-    let assembly = assemble(&inspected.entries, &wanted);
+    let mut assembly = assemble(&inspected.entries, &wanted);
+    if inspected.entries.is_empty() && !plan.paths.is_empty() {
+        assembly.problem = Err(Error::NoBoard(files::no_pictures(&plan.paths).to_string()));
+    }
     let settings = Settings {
         board: assembly.board,
         board_is_found: plan.board.is_none() && assembly.board.is_some(),

@@ -139,7 +139,7 @@ pub(super) fn no_pictures(paths: &[PathBuf]) -> Error {
     let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
     Error::Picture {
         file: names.join(", "),
-        message: "no picture was found: give JPEG, PNG, TIFF, BMP, WebP or PNM files, or a folder of them"
+        message: "no pictures were found: give JPEG, PNG, TIFF, BMP, WebP or PNM files, or a folder of them"
             .to_owned(),
     }
 }

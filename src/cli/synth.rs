@@ -13,6 +13,7 @@ use crate::{
     calib::{
         Error, Result,
         camera::Camera,
+        number::counted,
         synth::{self, Cut, Degrade, Method, Origin, Renderer, Scene, poses},
         target::{BoardSize, Length},
     },
@@ -142,9 +143,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         text => format!(", {text}"),
     };
     print(&format!(
-        "{}: {n} picture{} of {w} x {h} px, board {}, square {} {}{}{spoilt}, seed {}; truth in {TRUTH}, scene in {SCENE}\n",
+        "{}: {} of {w} x {h} px, board {}, square {} {}{}{spoilt}, seed {}; truth in {TRUTH}, scene in {SCENE}\n",
         out.display(),
-        if n == 1 { "" } else { "s" },
+        counted(n, "picture"),
         scene.board.size,
         scene.board.square,
         scene.board.unit.name(),

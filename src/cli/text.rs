@@ -7,11 +7,10 @@ use std::fmt::Write as _;
 
 use crate::calib::{
     camera::Model,
-    number::{percent, significant, with_sigma},
+    number::{counted, percent, significant, with_sigma},
     report::{Report, Solution},
     uncertainty::Uncertainty,
 };
-pub(super) use pictures::count;
 use table::{Table, paragraph, sentence};
 
 /// The evidence of a calibration, or what is known where there is none.
@@ -34,9 +33,10 @@ pub(super) fn detection(report: &Report) -> String {
     let corners: usize = report.frames.iter().map(|f| f.corners.len()).sum();
     let board = report.settings.board.map_or_else(|| "board".to_owned(), |b| format!("{b} board"));
     let mut out = format!(
-        "{} found in {found} of {}, {corners} corners\n",
+        "{} found in {found} of {}, {}\n",
         capital(&board),
-        pictures::count(report.frames.len())
+        counted(report.frames.len(), "picture"),
+        counted(corners, "corner")
     );
     out += &pictures::table(report);
     out += &warnings(report);
@@ -171,7 +171,7 @@ fn over_share(uncertainty: &Uncertainty, share: f64) -> Option<f64> {
 fn errors(report: &Report, solution: &Solution) -> String {
     let s = &solution.stats;
     let outliers: usize = report.included().map(|f| f.outliers.len()).sum();
-    let mut out = format!("\nErrors of {} corners, px", s.n);
+    let mut out = format!("\nErrors of {}, px", counted(s.n, "corner"));
     if outliers > 0 {
         let rms = significant(solution.rms_inliers_px, 3);
         let (are, word) = if outliers == 1 { ("is an", "outlier") } else { ("are", "outliers") };

@@ -7,12 +7,13 @@ use std::{
     process::ExitCode,
 };
 
-use super::{NO_RESULT, args::Pictures, files, frames, print, say, text::count};
+use super::{NO_RESULT, args::Pictures, files, frames, print, say};
 use crate::{
     calib::{
         Error, Result,
         camera::Camera,
         format::{self, Evidence, Export},
+        number::counted,
         undistort::{Interpolation, Straightener},
     },
     job::photo::{self, Colours},
@@ -104,7 +105,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
                 notes.iter().for_each(|note| say(&format!("note: {name}: {note}")));
             }
             Err(error @ (Error::File { .. } | Error::Output { .. } | Error::Picture { .. })) => {
-                say(&format!("error: {error}"))
+                say(&format!("error: {error}"));
             }
             Err(error) => say(&format!("error: {name}: {error}")),
         }
@@ -112,7 +113,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if done == 0 {
         say(&format!(
             "none of {} could be undistorted, so {} was not written",
-            count(tasks.len()),
+            counted(tasks.len(), "picture"),
             camera.display()
         ));
         return Ok(ExitCode::from(NO_RESULT));
@@ -123,7 +124,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let [fx, fy, cx, cy] = straight.camera.intrinsics();
     print(&format!(
         "{done} of {} undistorted into {}; their camera is {}: pinhole, {w} x {h} px, fx {fx:.2}, fy {fy:.2}, cx {cx:.2}, cy {cy:.2}\n",
-        count(tasks.len()),
+        counted(tasks.len(), "picture"),
         out.display(),
         camera.display()
     ))?;

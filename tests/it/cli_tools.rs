@@ -237,7 +237,7 @@ fn undistort_goes_on_after_a_bad_picture_and_keeps_formats() {
     // None is left: no result.
     let (_, stderr) =
         ran(path, 1, &["undistort", "in/cut.png", "--camera", "pictures/truth.json", "--out", "v"]);
-    assert!(stderr.contains("none of 1 picture"), "{stderr}");
+    assert!(stderr.contains("none of 1 picture could"), "{stderr}");
     assert_eq!(files(&path.join("v")), [""; 0]);
     // The camera of an earlier run stays with its pictures.
     let before = fs::read(path.join("u/camera.yaml")).unwrap();
@@ -489,9 +489,9 @@ fn wrong_use_is_answered_with_the_remedy() {
         path,
         1,
         &["undistort", "empty", "--camera", camera, "--out", "o2"],
-        &["empty: no picture was found"],
+        &["empty: no pictures were found"],
     );
-    refused(path, 1, &["pose", "empty", "--camera", camera], &["empty: no picture was found"]);
+    refused(path, 1, &["pose", "empty", "--camera", camera], &["empty: no pictures were found"]);
     let left: Vec<PathBuf> =
         ["o", "o2", "a.yaml", "b.pdf"].map(|n| path.join(n)).into_iter().filter(|p| p.exists()).collect();
     assert!(left.is_empty(), "wrong use must leave nothing behind: {left:?}");

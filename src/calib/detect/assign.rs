@@ -213,7 +213,10 @@ impl Grid {
         if whole && (long, short) != (size.cols.max(size.rows), size.cols.min(size.rows)) {
             format!("found {found}, asked {size}")
         } else {
-            format!("found {found}, whose colours and borders do not fit a {size} board: check --board")
+            format!(
+                "found {found}, whose colours and borders do not fit {} {size} board: check --board",
+                size.article()
+            )
         }
     }
 }

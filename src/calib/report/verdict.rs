@@ -1,7 +1,7 @@
 //! One sentence that says whether the camera can be used.
 
 use super::{Report, Solution};
-use crate::calib::number::significant;
+use crate::calib::number::{counted, significant};
 
 /// Above this RMS the pictures and the model disagree visibly, px.
 const LARGE_RMS_PX: f64 = 1.0;
@@ -25,7 +25,7 @@ impl Report {
 fn of(report: &Report, solution: &Solution) -> String {
     let used = report.included().count();
     let rms = format!("RMS {} px", significant(solution.rms_px, 3));
-    let from = format!("{used} of {} pictures", report.frames.len());
+    let from = format!("{used} of {}", counted(report.frames.len(), "picture"));
     if !solution.termination.converged() {
         format!("Do not use this: the solution was not reached ({from}, {rms}).")
     } else if solution.rms_px > ABSURD_RMS_PX {

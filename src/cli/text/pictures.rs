@@ -2,7 +2,7 @@
 
 use super::table::{Table, tail};
 use crate::calib::{
-    number::{degrees, significant},
+    number::{counted, degrees, significant},
     report::{FrameReport, Report},
 };
 
@@ -12,11 +12,6 @@ const LISTED: usize = 60;
 const WORST: usize = 20;
 /// Room for a name.
 const NAME: usize = 30;
-
-/// `1 picture`, `13 pictures`.
-pub(in crate::cli) fn count(n: usize) -> String {
-    if n == 1 { "1 picture".to_owned() } else { format!("{n} pictures") }
-}
 
 /// One line a picture: state, corners, error, how the board stood, and why it was not used.
 pub(super) fn table(report: &Report) -> String {
@@ -47,7 +42,7 @@ pub(super) fn table(report: &Report) -> String {
     let more = if left_out == 0 {
         String::new()
     } else {
-        format!("  … and {} with smaller errors (--json lists all)\n", count(left_out))
+        format!("  … and {} with smaller errors (--json lists all)\n", counted(left_out, "picture"))
     };
     format!("\n{}{more}", table.render())
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::calib::{
     detect::{Grid, board_of},
+    number::counted,
     report::{FrameReport, FrameState, GroupReport},
     solution::Warning,
     target::BoardSize,
@@ -19,7 +20,11 @@ pub(super) fn warnings(frames: &[FrameReport], groups: &[GroupReport], used: &[u
     };
     let unreadable = of(frames, |f| f.state == FrameState::Unreadable);
     let n = unreadable.len();
-    about("unreadable", format!("{} could not be read and {} left out", pictures(n), was(n)), unreadable);
+    about(
+        "unreadable",
+        format!("{} could not be read and {} left out", counted(n, "picture"), was(n)),
+        unreadable,
+    );
     let mut notes: BTreeMap<&str, Vec<&FrameReport>> = BTreeMap::new();
     for frame in frames {
         for note in &frame.notes {
@@ -31,7 +36,11 @@ pub(super) fn warnings(frames: &[FrameReport], groups: &[GroupReport], used: &[u
     }
     let copies = of(frames, |f| f.copy_of.is_some());
     let n = copies.len();
-    about("copies", format!("{} {} a copy of another one: counted once", pictures(n), is(n)), copies);
+    about(
+        "copies",
+        format!("{} {} a copy of another one: counted once", counted(n, "picture"), is(n)),
+        copies,
+    );
     for group in groups.iter().skip(1).filter(|g| g.found > 0) {
         let others = of(frames, |f| f.group == group.name && f.found && f.copy_of.is_none());
         let n = others.len();
@@ -39,7 +48,7 @@ pub(super) fn warnings(frames: &[FrameReport], groups: &[GroupReport], used: &[u
             "other_camera",
             format!(
                 "{} \"{}\" {} not calibrated ({}): one camera at a time, give {} alone for another calibration",
-                pictures(n),
+                counted(n, "picture"),
                 group.name,
                 is(n),
                 group.reason,
@@ -61,10 +70,6 @@ pub(super) fn warnings(frames: &[FrameReport], groups: &[GroupReport], used: &[u
 
 fn of(frames: &[FrameReport], wanted: impl Fn(&FrameReport) -> bool) -> Vec<&FrameReport> {
     frames.iter().filter(|f| wanted(f)).collect()
-}
-
-fn pictures(n: usize) -> String {
-    if n == 1 { "1 picture".to_owned() } else { format!("{n} pictures") }
 }
 
 const fn is(n: usize) -> &'static str {
@@ -104,7 +109,7 @@ pub(super) fn no_board(frames: &[FrameReport], asked: Option<BoardSize>, grids: 
             n => format!("{why} in {n} of {}", frames.len()),
         })
         .collect();
-    let what = asked.map_or("a checkerboard".to_owned(), |size| format!("a {size} board"));
+    let what = asked.map_or("a checkerboard".to_owned(), |size| format!("{} {size} board", size.article()));
     let remedy = match (asked, board_of(grids)) {
         (Some(asked), Some(seen)) if seen.size != asked => {
             format!("try --board {} (inner corners, columns x rows) or --board auto", seen.size)

@@ -127,7 +127,12 @@ fn without_a_board_there_is_no_calibration_but_json() {
     let empty = tempfile::tempdir().unwrap();
     let r = json(empty.path(), &["calibrate", ".", "--json"], 1);
     assert_eq!(r["error"]["code"], "no_board");
-    assert!(r["error"]["text"].as_str().unwrap().contains("no pictures"));
+    assert!(r["error"]["text"].as_str().unwrap().contains(".: no pictures"), "{r}");
+    for command in ["calibrate", "detect"] {
+        let folder = empty.path().display().to_string();
+        let text = stderr(&run(Path::new("/"), &[command, &folder]));
+        assert!(text.contains(&format!("error: {folder}: no pictures were found")), "{text}");
+    }
     add(empty.path(), "readme.txt", b"no picture here");
     assert_eq!(json(empty.path(), &["calibrate", ".", "--json"], 1)["error"]["code"], "no_board");
     add(empty.path(), "blank.png", &blank(400, 300));
@@ -154,6 +159,21 @@ fn a_wrong_board_says_what_was_found() {
     let text = r["error"]["text"].as_str().unwrap();
     assert!(text.contains("found 9x6, asked 8x5") && text.contains("--board 9x6"), "{text}");
     assert_eq!(frame(&r, "view_01.png")["why"], "found 9x6, asked 8x5");
+}
+
+#[test]
+fn one_and_many_are_said_as_people_do() {
+    let folder = photos(&scene());
+    let said = |args: &[&str]| {
+        let output = run(folder.path(), args);
+        super::stdout(&output) + &stderr(&output)
+    };
+    let text = said(&["detect", "view_01.png"]);
+    assert!(text.contains("in 1 of 1 picture, 54 corners"), "{text}");
+    let text = said(&["calibrate", "view_01.png", "--model", "brown5"]);
+    assert!(!text.contains("(s)"), "{text}");
+    let text = said(&["calibrate", ".", "--board", "8x5"]);
+    assert!(text.contains("an 8x5 board") && !text.contains("a 8x5"), "{text}");
 }
 
 #[test]
