@@ -12,6 +12,7 @@ mod colmap;
 mod convert;
 mod destination;
 mod kalibr;
+mod kannala_brandt;
 mod lens;
 mod matlab;
 mod metashape;
@@ -215,8 +216,8 @@ pub fn write(format: &Format, export: &Export<'_>) -> Result<Written> {
 /// Reads a camera file of any format, recognised by its content. `file` is the name for messages.
 ///
 /// # Errors
-/// [`Error::Format`] with the file, the format and the field that is wrong; [`Error::Unsupported`] where the file holds
-/// a model or a term that no camera model here can hold.
+/// [`Error::Format`] with the file, the format and the field that is wrong, or the model or term that no camera model
+/// here can hold.
 pub fn read(text: &str, file: &str) -> Result<CameraFile> {
     if text.len() > MAX_BYTES {
         return Err(Error::format(file, "larger than 512 MB: this is not a camera file"));
@@ -235,19 +236,45 @@ pub fn read(text: &str, file: &str) -> Result<CameraFile> {
         ));
     };
     let named = |e: Error| match e {
-        Error::Invalid(message) => Error::format(&format!("{file} ({})", format.name), message),
-        Error::Unsupported(message) => Error::Unsupported(format!("{file} ({}): {message}", format.name)),
+        Error::Invalid(message) | Error::Unsupported(message) => {
+            Error::format(&format!("{file} ({})", format.name), message)
+        }
         other => other,
     };
     let Content { lens, evidence, mut notes } = (format.read)(text).map_err(named)?;
-    let camera = lens.into_camera().map_err(named)?;
-    camera.validate().map_err(named)?;
+    let (camera, refit) = lens.into_camera().map_err(named)?;
+    camera.validate().and_then(|()| plausible(&camera)).map_err(named)?;
+    notes.extend(refit.map(|note| format!("{file}: {note}")));
     if let Some(extension) = destination::extension(file)
         && !format.usual.contains(&extension.as_str())
     {
         notes.push(format!("{file}: read as {}, although its extension is .{extension}", format.name));
     }
     Ok(CameraFile { format: format.name, camera, evidence, notes })
+}
+
+/// Farthest principal point outside of the picture, in picture sizes.
+const FARTHEST: f64 = 10.0;
+/// Focal lengths of cameras, in picture widths.
+const FOCAL: std::ops::RangeInclusive<f64> = 1e-2..=1e3;
+
+/// Refuses what no photograph was made with: two fields of such a file contradict each other.
+fn plausible(camera: &Camera) -> Result<()> {
+    let [w, h] = camera.size_px.map(f64::from);
+    for (param, value) in camera.spec().params.iter().zip(&camera.params).take(4) {
+        let extent = match param.name {
+            "fx" | "fy" if !FOCAL.contains(&(value / w)) => w,
+            "cx" if !(-FARTHEST..=1.0 + FARTHEST).contains(&(value / w)) => w,
+            "cy" if !(-FARTHEST..=1.0 + FARTHEST).contains(&(value / h)) => h,
+            _ => continue,
+        };
+        return Err(Error::Invalid(format!(
+            "{} of {value:e} px contradicts the picture of {w} x {h} px ({:.1e} times its size): correct one of them, or export the camera again",
+            param.name,
+            value / extent
+        )));
+    }
+    Ok(())
 }
 
 /// Reads the bytes of a camera file; see [`read`].

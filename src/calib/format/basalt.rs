@@ -1,17 +1,14 @@
 //! Basalt calibration JSON, first camera.
 //!
 //! Origin at the centre of the first pixel. Basalt has no Brown model: a camera with distortion is refitted to
-//! Kannala–Brandt (`kb4`), whose projection is here as plain functions. Basalt's reader needs all fields of its
-//! calibration, those of the inertial sensor too; they are written as zero and unity.
-
-use nalgebra::{Vector2, Vector3};
+//! Kannala–Brandt (`kb4`), and back on reading. Basalt's reader needs all fields of its calibration, those of the inertial
+//! sensor too; they are written as zero and unity.
 
 use super::{
-    Content, Draft, Export, Format,
-    lens::{Lens, five},
+    Content, Draft, Export, Format, kannala_brandt,
+    lens::Lens,
     node::{Node, size_px},
     number::{array, number},
-    refit,
 };
 use crate::calib::{Error, Result, camera::Model};
 
@@ -28,21 +25,6 @@ pub(super) const FORMAT: Format = Format {
 
 const KB4: [&str; 8] = ["fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"];
 
-/// Kannala–Brandt with four terms: `θd = θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸)`, `θ = atan2(√(x² + y²), z)`.
-///
-/// J. Kannala, S. S. Brandt, "A generic camera model and calibration method for conventional, wide-angle, and fish-eye
-/// lenses", IEEE TPAMI 28(8), 2006. Parameters `fx fy cx cy k1 k2 k3 k4`.
-pub(super) fn project(p: &[f64], ray: &Vector3<f64>) -> Vector2<f64> {
-    let rho = ray.x.hypot(ray.y);
-    if rho == 0.0 {
-        return Vector2::new(p[2], p[3]);
-    }
-    let theta = rho.atan2(ray.z);
-    let t2 = theta * theta;
-    let scale = theta * (1.0 + t2 * (p[4] + t2 * (p[5] + t2 * (p[6] + t2 * p[7])))) / rho;
-    Vector2::new(p[0] * scale * ray.x + p[2], p[1] * scale * ray.y + p[3])
-}
-
 fn write(export: &Export<'_>) -> Result<Draft> {
     let camera = export.camera;
     let k = camera.intrinsics();
@@ -50,10 +32,7 @@ fn write(export: &Export<'_>) -> Result<Draft> {
     let (kind, names, values) = match camera.model {
         Model::Pinhole => ("pinhole", &KB4[..4], k.to_vec()),
         Model::Brown5 => {
-            let [k1, ..] = five(camera)?;
-            // tan θ = θ + θ³/3 + …: where the fit starts.
-            let start = [k[0], k[1], k[2], k[3], k1 + 1.0 / 3.0, 0.0, 0.0, 0.0];
-            let (fitted, error) = refit::fit(camera, &start, &|p, ray| Some(project(p, ray)))?;
+            let (fitted, error) = kannala_brandt::from_camera(camera)?;
             notes.insert(0, format!("Basalt has no Brown model: kb4 was fitted over the picture, {error}"));
             ("kb4", &KB4[..], fitted)
         }
@@ -105,12 +84,7 @@ fn read(text: &str) -> Result<Content> {
         "pinhole-radtan8" => {
             Lens::brown(size, k, &named(&["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"])?)?
         }
-        "kb4" => {
-            let terms = named(&KB4)?;
-            Lens::KannalaBrandt(
-                array(&terms).ok_or_else(|| Error::Invalid("kb4 has 8 parameters".to_owned()))?,
-            )
-        }
+        "kb4" => Lens::kannala_brandt(size, k, &named(&KB4[4..])?)?,
         other => {
             return Err(Error::Unsupported(format!("camera_type {other} is not supported yet")));
         }

@@ -75,11 +75,11 @@ fn read(text: &str) -> Result<Content> {
         "SIMPLE_PINHOLE" => 3,
         "PINHOLE" | "SIMPLE_RADIAL" => 4,
         "RADIAL" => 5,
-        "OPENCV" => 8,
+        "OPENCV" | "OPENCV_FISHEYE" => 8,
         "FULL_OPENCV" => 12,
         other => {
             return Err(Error::Unsupported(format!(
-                "the COLMAP model {other} is not supported yet: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV are read"
+                "the COLMAP model {other} is not supported yet: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV and OPENCV_FISHEYE are read"
             )));
         }
     };
@@ -93,6 +93,7 @@ fn read(text: &str) -> Result<Content> {
         "SIMPLE_PINHOLE" | "SIMPLE_RADIAL" | "RADIAL" => ([p[0], p[0], p[1], p[2]], &p[3..]),
         _ => ([p[0], p[1], p[2], p[3]], &p[4..]),
     };
-    let lens = Lens::brown(size, moved(k, -ORIGIN), d)?;
+    let read = if model == "OPENCV_FISHEYE" { Lens::kannala_brandt } else { Lens::brown };
+    let lens = read(size, moved(k, -ORIGIN), d)?;
     Ok(Content { notes, ..lens.into() })
 }

@@ -61,7 +61,7 @@ fn read(text: &str) -> Result<Content> {
         Some("pinhole") => {}
         other => {
             return Err(Error::Unsupported(format!(
-                "{name}: camera_model {} is not supported yet: only pinhole with radtan or none",
+                "{name}: camera_model {} is not supported yet: only pinhole with radtan, equidistant or none",
                 other.unwrap_or("?")
             )));
         }
@@ -70,7 +70,9 @@ fn read(text: &str) -> Result<Content> {
     let [w, h] = camera.array_at::<2>("resolution")?;
     let coefficients =
         camera.find("distortion_coeffs").map_or(Ok(Vec::new()), |d| d.numbers("distortion_coeffs"))?;
-    let coefficients = match camera.text_at("distortion_model") {
+    let model = camera.text_at("distortion_model");
+    let coefficients = match model {
+        Some("equidistant") => coefficients,
         Some("radtan") => array::<4>(&coefficients)
             .ok_or_else(|| {
                 Error::Invalid(format!(
@@ -84,7 +86,8 @@ fn read(text: &str) -> Result<Content> {
             return Err(Error::Unsupported(format!("{name}: distortion_model {other} is not supported yet")));
         }
     };
-    let lens = Lens::brown(size_px(w, h)?, intrinsics, &coefficients)?;
+    let read = if model == Some("equidistant") { Lens::kannala_brandt } else { Lens::brown };
+    let lens = read(size_px(w, h)?, intrinsics, &coefficients)?;
     let evidence = Evidence { name: Some(name.to_owned()), ..Evidence::default() };
     Ok(Content { lens, evidence, notes })
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::basalt;
+use super::kannala_brandt;
 use crate::calib::{
     Error, Result,
     camera::{Camera, Model},
@@ -16,8 +16,8 @@ pub(super) const OPENCV_NAMES: [&str; 14] =
 pub(super) enum Lens {
     /// One that is a camera model here.
     Camera(Camera),
-    /// Kannala–Brandt: `fx fy cx cy k1 k2 k3 k4`; written, not yet a camera model.
-    KannalaBrandt([f64; 8]),
+    /// Kannala–Brandt: `[width, height]` and `fx fy cx cy k1 k2 k3 k4`; no camera model here, refitted.
+    KannalaBrandt([u32; 2], [f64; 8]),
 }
 
 impl Lens {
@@ -52,23 +52,45 @@ impl Lens {
         Ok(Self::Camera(Camera::new(model, size_px, params)?))
     }
 
+    /// Kannala–Brandt from `fx fy cx cy` (origin at the centre of the first pixel) and `k1 k2 k3 k4`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for another number of coefficients, or values that no camera may have.
+    pub(super) fn kannala_brandt(
+        size_px: [u32; 2],
+        intrinsics: [f64; 4],
+        coefficients: &[f64],
+    ) -> Result<Self> {
+        let &[k1, k2, k3, k4] = coefficients else {
+            return Err(Error::Invalid(format!(
+                "{} distortion coefficients: the fisheye (equidistant) model has 4",
+                coefficients.len()
+            )));
+        };
+        // Its rules for `fx fy cx cy` are those of any camera.
+        let [fx, fy, cx, cy] = intrinsics;
+        Camera::new(Model::Pinhole, size_px, intrinsics.to_vec())?;
+        Ok(Self::KannalaBrandt(size_px, [fx, fy, cx, cy, k1, k2, k3, k4]))
+    }
+
     /// Where a direction appears, px.
     pub(super) fn project(&self, ray: &Vector3<f64>) -> Option<Vector2<f64>> {
         match self {
             Self::Camera(camera) => (camera.spec().project_px)(&camera.params, ray),
-            Self::KannalaBrandt(p) => Some(basalt::project(p, ray)),
+            Self::KannalaBrandt(_, p) => Some(kannala_brandt::project(p, ray)),
         }
     }
 
+    /// The camera, and a note with the error where the lens was refitted.
+    ///
     /// # Errors
     /// [`Error::Unsupported`] where no camera model here can hold the lens.
-    pub(super) fn into_camera(self) -> Result<Camera> {
+    pub(super) fn into_camera(self) -> Result<(Camera, Option<String>)> {
         match self {
-            Self::Camera(camera) => Ok(camera),
-            Self::KannalaBrandt(_) => Err(Error::Unsupported(
-                "the Kannala–Brandt (fisheye) model is not supported yet: only pinhole and Brown's five terms are read"
-                    .to_owned(),
-            )),
+            Self::Camera(camera) => Ok((camera, None)),
+            Self::KannalaBrandt(size_px, p) => {
+                kannala_brandt::into_camera(size_px, &p).map(|(camera, note)| (camera, Some(note)))
+            }
         }
     }
 }

@@ -31,6 +31,8 @@ pub(super) const FORMAT: Format = Format {
 
 /// Offset of its principal point from ours, px.
 const ORIGIN: f64 = 0.5;
+/// Relative difference of two focal lengths that is no contradiction: angles are written rounded, and without distortion.
+const ANGLE_TOLERANCE: f64 = 0.01;
 
 fn write(export: &Export<'_>) -> Result<Draft> {
     let camera = export.camera;
@@ -85,25 +87,35 @@ fn read(text: &str) -> Result<Content> {
         }
         first
     };
-    match root.text_at("camera_model").or_else(|| camera.text_at("camera_model")) {
+    let fisheye = match root.text_at("camera_model").or_else(|| camera.text_at("camera_model")) {
         None | Some("OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE" | "RADIAL" | "SIMPLE_RADIAL" | "FULL_OPENCV") => {
+            false
         }
+        Some("OPENCV_FISHEYE") => true,
         Some(other) => {
             return Err(Error::Unsupported(format!(
-                "camera_model {other} is not supported yet: only OPENCV is"
+                "camera_model {other} is not supported yet: only OPENCV and OPENCV_FISHEYE are"
             )));
         }
-    }
+    };
     let field = |name: &str| camera.find(name).or_else(|| root.find(name));
     let required = |name: &str| {
         field(name).ok_or_else(|| Error::Invalid(format!("the field {name} is missing")))?.number(name)
     };
     let (w, h) = (required("w")?, required("h")?);
     let size = size_px(w, h)?;
-    let focal = |fl: &str, angle: &str, extent: f64| match (field(fl), field(angle)) {
-        (Some(v), _) => v.number(fl).map(Some),
-        (None, Some(a)) => Ok(Some(extent / (2.0 * (a.number(angle)? / 2.0).tan()))),
-        (None, None) => Ok(None),
+    let mut focal = |fl: &str, angle: &str, extent: f64| -> Result<Option<f64>> {
+        let given = field(fl).map(|v| v.number(fl)).transpose()?;
+        let of_angle = |a: &Node| Ok(extent / (2.0 * (a.number(angle)? / 2.0).tan()));
+        let by_angle = field(angle).map(of_angle).transpose()?;
+        if let (Some(fl_px), Some(angle_px)) = (given, by_angle)
+            && (fl_px - angle_px).abs() > ANGLE_TOLERANCE * fl_px.abs()
+        {
+            notes.push(format!(
+                "{angle} means a focal length of {angle_px:.1} px, {fl} says {fl_px:.1} px: {fl} is used"
+            ));
+        }
+        Ok(given.or(by_angle))
     };
     let fx = focal("fl_x", "camera_angle_x", w)?
         .ok_or_else(|| Error::Invalid("the field fl_x is missing".to_owned()))?;
@@ -112,7 +124,11 @@ fn read(text: &str) -> Result<Content> {
     let k = moved([fx, fy, or("cx", w / 2.0)?, or("cy", h / 2.0)?], -ORIGIN);
     // nerfstudio's k4 is a fourth power of r² in the numerator, not OpenCV's k4; both are out of reach.
     let d = [or("k1", 0.0)?, or("k2", 0.0)?, or("p1", 0.0)?, or("p2", 0.0)?, or("k3", 0.0)?, or("k4", 0.0)?];
-    let lens = Lens::brown(size, k, &d)?;
+    let lens = if fisheye {
+        Lens::kannala_brandt(size, k, &[d[0], d[1], d[4], d[5]])?
+    } else {
+        Lens::brown(size, k, &d)?
+    };
     let evidence =
         Evidence { frames: frames.iter().map(read_frame).collect::<Result<_>>()?, ..Evidence::default() };
     Ok(Content { lens, evidence, notes })

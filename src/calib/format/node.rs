@@ -69,8 +69,21 @@ impl Node {
 
     /// The value under `key`; `None` where it is absent or null, and where this is no map.
     pub(super) fn find(&self, key: &str) -> Option<&Self> {
+        self.field(key).filter(|v| **v != Self::Null)
+    }
+
+    /// What stands under `key`, null included.
+    pub(super) fn field(&self, key: &str) -> Option<&Self> {
         let Self::Map(entries) = self else { return None };
-        entries.iter().find(|(k, _)| k == key).map(|(_, v)| v).filter(|v| **v != Self::Null)
+        entries.iter().find(|(k, _)| k == key).map(|(_, v)| v)
+    }
+
+    /// This map with the values that `other` has under `keys` in place of its own.
+    pub(super) fn overridden(&self, other: &Self, keys: &[&str]) -> Self {
+        let Self::Map(entries) = self else { return self.clone() };
+        let given = keys.iter().filter_map(|k| other.field(k).map(|v| ((*k).to_owned(), v.clone())));
+        let own = entries.iter().filter(|(k, _)| !keys.contains(&k.as_str()) || other.field(k).is_none());
+        Self::Map(given.chain(own.cloned()).collect())
     }
 
     /// The value under the first of several names, with that name.

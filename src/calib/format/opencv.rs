@@ -114,9 +114,7 @@ fn read(text: &str) -> Result<Content> {
     } else {
         Node::from_yaml(trimmed)?
     };
-    if root.number_or_zero("fisheye_model")? != 0.0 {
-        return Err(Error::Unsupported("fisheye_model: the fisheye model is not supported yet".to_owned()));
-    }
+    let fisheye = root.number_or_zero("fisheye_model")? != 0.0;
     let (name, k) = root
         .find_any(&["camera_matrix", "cameraMatrix", "Camera_Matrix", "K", "M1", "cameraMatrix1"])
         .ok_or_else(|| Error::Invalid("the field camera_matrix is missing".to_owned()))?;
@@ -134,7 +132,8 @@ fn read(text: &str) -> Result<Content> {
         None => return Err(Error::Invalid("the field distortion_coefficients is missing".to_owned())),
     };
     let size = picture_size(&root)?;
-    let lens = Lens::brown(size, intrinsics, &coefficients)?;
+    let read = if fisheye { Lens::kannala_brandt } else { Lens::brown };
+    let lens = read(size, intrinsics, &coefficients)?;
     Ok(Content { evidence: evidence(&root)?, ..lens.into() })
 }
 

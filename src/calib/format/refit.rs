@@ -39,13 +39,21 @@ fn digits(px: f64) -> String {
 /// A lens: parameters and a direction to px.
 pub(super) type Project<'a> = &'a dyn Fn(&[f64], &Vector3<f64>) -> Option<Vector2<f64>>;
 
-/// Parameters of `project` that follow `camera` best, from `start` (`fx fy cx cy` first), by Levenberg–Marquardt.
+/// Ray of a pixel; `None` where there is none.
+pub(super) type RayOf<'a> = &'a dyn Fn(&Vector2<f64>) -> Option<Vector3<f64>>;
+
+/// Parameters of `project` that follow the lens `ray_of` best over a picture, from `start` (`fx fy cx cy` first), by Levenberg–Marquardt.
 ///
 /// # Errors
 /// [`Error::Unsupported`] where the picture has too few rays or the best fit is useless.
-pub(super) fn fit(camera: &Camera, start: &[f64], project: Project<'_>) -> Result<(Vec<f64>, FitError)> {
+pub(super) fn fit(
+    size_px: [u32; 2],
+    ray_of: RayOf<'_>,
+    start: &[f64],
+    project: Project<'_>,
+) -> Result<(Vec<f64>, FitError)> {
     let rays: Vec<(Vector3<f64>, Vector2<f64>)> =
-        grid(camera.size_px, GRID).filter_map(|px| camera.unproject(&px).map(|ray| (ray, px))).collect();
+        grid(size_px, GRID).filter_map(|px| ray_of(&px).map(|ray| (ray, px))).collect();
     if rays.len() < 10 * start.len() {
         return Err(Error::Unsupported(
             "most of the picture has no ray (the distortion folds): the camera cannot be refitted".to_owned(),
@@ -76,7 +84,7 @@ pub(super) fn fit(camera: &Camera, start: &[f64], project: Project<'_>) -> Resul
         }
     }
     let error = measure(&rays, &params, project);
-    let [w, h] = camera.size_px.map(f64::from);
+    let [w, h] = size_px.map(f64::from);
     if error.max_px.is_nan() || error.max_px > USELESS * w.hypot(h) {
         return Err(Error::Unsupported(format!(
             "even the best refit is useless ({error}): choose a format that holds the model"
@@ -144,7 +152,7 @@ pub(super) fn without_k3(camera: &Camera, target: &str) -> Result<([f64; 8], Opt
         return Ok((exact, None));
     }
     let spec = Model::Brown5.spec();
-    let (fitted, error) = fit(camera, &exact, &|p, ray| {
+    let (fitted, error) = fit(camera.size_px, &|px| camera.unproject(px), &exact, &|p, ray| {
         let mut five = [0.0; 9];
         five[..8].copy_from_slice(p);
         (spec.project_px)(&five, ray)
@@ -168,7 +176,8 @@ mod tests {
         let camera = Camera::new(Model::Brown5, [640, 480], truth.to_vec()).unwrap();
         let spec = Model::Brown5.spec();
         let start = [500.0, 500.0, 320.0, 240.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        let (fitted, error) = fit(&camera, &start, &|p, r| (spec.project_px)(p, r)).unwrap();
+        let (fitted, error) =
+            fit(camera.size_px, &|px| camera.unproject(px), &start, &|p, r| (spec.project_px)(p, r)).unwrap();
         assert!(error.max_px < 1e-9, "{error:?}");
         for (f, t) in fitted.iter().zip(truth) {
             assert!((f - t).abs() < 1e-9 * t.abs().max(1.0), "{fitted:?}");

@@ -79,17 +79,19 @@ fn read(text: &str) -> Result<Content> {
     };
     let size = size_px(root.number_at("image_width")?, root.number_at("image_height")?)?;
     let intrinsics = camera_matrix("camera_matrix", &data("camera_matrix")?)?;
-    match root.text_at("distortion_model") {
-        None | Some("plumb_bob" | "rational_polynomial" | "none" | "") => {}
+    let fisheye = match root.text_at("distortion_model") {
+        None | Some("plumb_bob" | "rational_polynomial" | "none" | "") => false,
+        Some("equidistant" | "fisheye") => true,
         Some(other) => {
             return Err(Error::Unsupported(format!("distortion_model {other} is not supported yet")));
         }
-    }
+    };
     let coefficients = match root.find("distortion_coefficients") {
         Some(_) => data("distortion_coefficients")?,
         None => return Err(Error::Invalid("the field distortion_coefficients is missing".to_owned())),
     };
-    let lens = Lens::brown(size, intrinsics, &coefficients)?;
+    let read = if fisheye { Lens::kannala_brandt } else { Lens::brown };
+    let lens = read(size, intrinsics, &coefficients)?;
     let evidence = Evidence { name: root.text_at("camera_name").map(str::to_owned), ..Evidence::default() };
     Ok(Content { evidence, ..lens.into() })
 }

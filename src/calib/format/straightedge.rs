@@ -138,16 +138,28 @@ fn frame(frame: &Frame) -> String {
 fn read(text: &str) -> Result<Content> {
     let root = Node::from_json(text)?;
     let mut notes = Vec::new();
-    let camera = match root.find("cameras").map(Node::items) {
-        Some([first, rest @ ..]) => {
+    let (place, inner) = match root.field("cameras") {
+        Some(list) => {
+            let [first, rest @ ..] = list.items() else {
+                return Err(Error::Invalid(
+                    "cameras must be a list of at least one camera, or absent".to_owned(),
+                ));
+            };
             if !rest.is_empty() {
                 notes.push(format!("the file holds {} cameras: the first one is used", rest.len() + 1));
             }
-            first
+            ("cameras[0]", Some(first))
         }
-        _ => root.find("camera").filter(|c| matches!(c, Node::Map(_))).unwrap_or(&root),
+        None => ("camera", root.find("camera").filter(|c| matches!(c, Node::Map(_)))),
     };
-    let lens = read_camera(camera)?;
+    let lens = match inner {
+        Some(inner) => {
+            let camera = read_camera(inner)?;
+            agree(&read_camera(&inner.overridden(&root, &FIELDS))?, &camera, place)?;
+            camera
+        }
+        None => read_camera(&root)?,
+    };
     let mut evidence = read_evidence(&root)?;
     let params = &lens.spec().params;
     if let Some(sigma) = root.find("sigma") {
@@ -162,7 +174,41 @@ fn read(text: &str) -> Result<Content> {
     Ok(Content { lens: Lens::Camera(lens), evidence, notes })
 }
 
+/// Fields of a camera; `calibrate --json` has them at the top and once more in `cameras`.
+const FIELDS: [&str; 5] = ["model", "image_size_px", "size_px", "camera_matrix", "distortion"];
+/// Relative difference that another program's rounding of a number may leave.
+const ROUNDING: f64 = 1e-9;
+
+/// Refuses a file that says two things about its camera.
+fn agree(top: &Camera, inner: &Camera, place: &str) -> Result<()> {
+    let contradict = |field: &str, a: String, b: String| {
+        Err(Error::Invalid(format!(
+            "{field} is {a} at the top of the file, but {b} in {place}: correct one of them, or remove {place}"
+        )))
+    };
+    if top.model != inner.model {
+        return contradict("model", top.model.to_string(), inner.model.to_string());
+    }
+    if top.size_px != inner.size_px {
+        return contradict("image_size_px", format!("{:?}", top.size_px), format!("{:?}", inner.size_px));
+    }
+    for ((param, a), b) in top.spec().params.iter().zip(&top.params).zip(&inner.params) {
+        if (a - b).abs() > ROUNDING * a.abs().max(b.abs()) {
+            return contradict(param.name, a.to_string(), b.to_string());
+        }
+    }
+    Ok(())
+}
+
 fn read_camera(node: &Node) -> Result<Camera> {
+    if let Some(name) = FIELDS.iter().find(|name| node.field(name) == Some(&Node::Null)) {
+        return Err(Error::Invalid(format!("{name} is null: give its value, or export the camera again")));
+    }
+    if node.field("model").is_some_and(|m| !matches!(m, Node::Text(_))) {
+        return Err(Error::Invalid(
+            "model must be the name of a camera model, for example \"brown5\"".to_owned(),
+        ));
+    }
     let model: Model = node.text_at("model").unwrap_or("brown5").parse()?;
     let field = if node.find("image_size_px").is_some() { "image_size_px" } else { "size_px" };
     let [w, h] = node.array_at(field)?;
