@@ -136,6 +136,21 @@ impl BoardSize {
     }
 }
 
+impl BoardSize {
+    /// Refuses a board that detection cannot find.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] below 12 inner corners, or 3 columns or rows.
+    pub fn findable(self) -> Result<Self> {
+        if self.cols.min(self.rows) >= 3 && self.len() >= 12 {
+            return Ok(self);
+        }
+        Err(Error::Invalid(format!(
+            "a board of {self} inner corners is too small to be found: at least 4x3 inner corners are needed (5x4 squares)"
+        )))
+    }
+}
+
 impl FromStr for BoardSize {
     type Err = Error;
 

@@ -73,7 +73,7 @@ impl FromStr for BoardArg {
         if text.trim().eq_ignore_ascii_case("auto") {
             return Ok(Self(None));
         }
-        text.parse().map(|size| Self(Some(size)))
+        text.parse::<BoardSize>()?.findable().map(|size| Self(Some(size)))
     }
 }
 
@@ -97,7 +97,10 @@ impl FromStr for ModelArg {
         if text.trim().eq_ignore_ascii_case("auto") {
             return Ok(Self(None));
         }
-        text.trim().parse().map(|model| Self(Some(model)))
+        match text.trim().parse() {
+            Ok(model) => Ok(Self(Some(model))),
+            Err(error) => Err(Error::Invalid(format!("{error}, auto"))),
+        }
     }
 }
 

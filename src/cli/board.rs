@@ -32,6 +32,7 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let Args { kind, size, square, out } = args;
     files::may_write(out, [])?;
+    size.findable()?;
     let extension = out.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     let bytes = match extension.as_str() {
         "pdf" => board::pdf(*kind, *size, *square)?,
