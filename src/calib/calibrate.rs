@@ -31,7 +31,7 @@ use super::{
 };
 pub use choose::simplest_sufficient;
 use options::Constraints;
-pub use options::{Fix, Loss, Options, Precision, Weights, parse_fixes};
+pub use options::{Fix, Loss, Options, Precision, Weights, check_fixes, parse_fixes};
 pub use pose::pose_of;
 use prepare::Seen;
 use robust::Fitted;

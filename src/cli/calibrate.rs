@@ -20,7 +20,7 @@ use super::{
 use crate::{
     calib::{
         Result,
-        calibrate::{Loss, Options, Weights},
+        calibrate::{Loss, Options, Weights, check_fixes},
         camera::Model,
         format::Destination,
         report::Settings,
@@ -86,6 +86,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let truth = args.truth.as_deref().map(inputs::truth).transpose()?;
     let start = args.start.as_deref().map(inputs::start).transpose()?;
+    let models = args.model.0.map_or_else(|| Model::ALL.to_vec(), |model| vec![model]);
+    check_fixes(&args.fix.0, &models, start.as_ref().map(|s| &s.1))?;
     let mut pool = frames::pool(args.detecting.threads);
     let mut settings = args.detecting.settings();
     let mut board = args.board.board.0;
@@ -109,7 +111,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let plan = Plan {
         paths: args.paths.clone(),
         board,
-        models: args.model.0.map_or_else(|| Model::ALL.to_vec(), |model| vec![model]),
+        models,
         start,
         truth,
         options: Options {

@@ -74,6 +74,53 @@ pub fn parse_fixes(text: &str) -> Result<Vec<Fix>> {
     text.split(',').filter(|t| !t.trim().is_empty()).map(str::parse).collect()
 }
 
+/// Checks constraints before there are pictures: names, values, ties.
+///
+/// # Errors
+/// [`Error::Invalid`] with the item that is wrong, where no model of `models` can obey.
+pub fn check_fixes(fixed: &[Fix], models: &[Model], start: Option<&Camera>) -> Result<()> {
+    // The size only says where the middle is.
+    let size_px = start.map_or([1; 2], |c| c.size_px);
+    let mut result = Ok(());
+    for model in models {
+        result = Constraints::new(fixed, *model, size_px, start, None).and_then(|c| {
+            let nothing_left = || {
+                Error::Invalid(format!(
+                    "all parameters of {model} are fixed, nothing is left to calibrate: fix fewer of them"
+                ))
+            };
+            if c.free.is_empty() { Err(nothing_left()) } else { Ok(()) }
+        });
+        if result.is_ok() {
+            break;
+        }
+    }
+    result
+}
+
+/// Refuses ties that mean nothing: of unlike parameters, or in a circle.
+fn check_ties(model: Model, tied: &[[usize; 2]]) -> Result<()> {
+    let params = model.spec().params;
+    let mut group: Vec<usize> = (0..params.len()).collect();
+    for &[a, b] in tied {
+        let kind = |i: usize| if params[i].unit == "px" { i / 2 } else { 2 };
+        let [x, y] = [a, b].map(|i| params[i].name);
+        if kind(a) != kind(b) {
+            return Err(Error::Invalid(format!(
+                "{x}={y} ties parameters of different kinds: tie focal lengths (fx=fy), centres or coefficients with their like"
+            )));
+        }
+        let (from, to) = (group[a], group[b]);
+        if from == to {
+            return Err(Error::Invalid(format!(
+                "{x}={y} closes a circle: {x} and {y} share one value already"
+            )));
+        }
+        group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
+    }
+    Ok(())
+}
+
 macro_rules! words {
     ($(#[$doc:meta])* $name:ident, $what:literal { $($(#[$item:meta])* $variant:ident = $word:literal),* }) => {
         $(#[$doc])*
@@ -231,6 +278,13 @@ impl Constraints {
                 spec.params[*i].name
             )));
         }
+        for (k, (i, _)) in held.iter().enumerate() {
+            if held[..k].iter().any(|(j, _)| i == j) {
+                let name = spec.params[*i].name;
+                return Err(Error::Invalid(format!("{name} is fixed twice: give it one value")));
+            }
+        }
+        check_ties(model, &tied)?;
         let free = Free::new(model, &held.iter().map(|h| h.0).collect::<Vec<_>>(), &tied);
         Ok(Self { free, held, tied })
     }
@@ -288,6 +342,32 @@ mod tests {
         }
         assert_eq!("Linear".parse::<Loss>().unwrap(), Loss::Linear);
         assert!("l2".parse::<Loss>().is_err() && "none".parse::<Weights>().is_ok());
+    }
+
+    #[test]
+    fn fixes_are_checked_without_pictures() {
+        let check = |text: &str, models: &[Model]| check_fixes(&parse_fixes(text).unwrap(), models, None);
+        let brown = [Model::Brown5];
+        for (text, says) in [
+            ("k4", "no parameter k4"),
+            ("cx=abc", "no parameter abc"),
+            ("fx", "fx is fixed but has no value"),
+            ("fx=0", "greater than zero"),
+            ("fx=cx", "different kinds"),
+            ("k1=cx", "different kinds"),
+            ("fx=fy,fy=fx", "closes a circle"),
+            ("fx=fx", "closes a circle"),
+            ("cx=1,cx=2", "fixed twice"),
+            ("fx=500,fy=500,cx,cy,k1,k2,p1,p2,k3", "nothing is left"),
+        ] {
+            let message = check(text, &brown).unwrap_err().to_string();
+            assert!(message.contains(says), "{text}: {message}");
+        }
+        assert!(check("fx=fy,cx,cy,k3=0,k1=k2", &brown).is_ok());
+        // `--model auto`: the pinhole has no k3, brown5 has.
+        assert!(check("k3", &Model::ALL).is_ok() && check("k3", &[Model::Pinhole]).is_err());
+        let start = Camera::new(Model::Pinhole, [640, 480], vec![500.0, 500.0, 320.0, 240.0]).unwrap();
+        assert!(check_fixes(&parse_fixes("fx").unwrap(), &brown, Some(&start)).is_ok());
     }
 
     #[test]

@@ -203,6 +203,24 @@ fn wrong_use_is_refused() {
     for board in ["9", "9x", "1x6", "9x6x2", "axb"] {
         refused(&with(&["calibrate", ".", "--board", board]), &["inner corners"]);
     }
+    for board in ["3x3", "6x2", "2x9"] {
+        refused(&with(&["calibrate", ".", "--board", board]), &["at least 4x3"]);
+        refused(&with(&["board", "--size", board, "--square", "25mm", "--out", "b.pdf"]), &["at least 4x3"]);
+    }
+    for fix in ["k4", "cx=abc", "fx", "fx=0", "fx=cx", "fx=fy,fy=fx"] {
+        refused(&with(&["calibrate", ".", "--fix", fix]), &["error: "]);
+    }
+    refused(&with(&["calibrate", ".", "--model", "foo"]), &["pinhole, brown5, auto"]);
+    add(at, "k4.txt", b"1 FULL_OPENCV 400 300 500 500 200 150 0 0 0 0 0 0.5 0 0\n");
+    for args in [
+        &["convert", "k4.txt", "c.yaml"][..],
+        &["calibrate", ".", "--start", "k4.txt"],
+        &["calibrate", ".", "--truth", "k4.txt"],
+        &["pose", ".", "--camera", "k4.txt"],
+        &["undistort", ".", "--camera", "k4.txt", "--out", "u"],
+    ] {
+        refused(&with(args), &["k4.txt", "k4 = 0.5"]);
+    }
     refused(&with(&["calibrate"]), &["PATHS"]);
     refused(&with(&["calibrate", "no/such/folder"]), &["no/such/folder", "check the path"]);
     refused(&with(&["calibrate", ".", "--model", "fisheye9"]), &["pinhole, brown5"]);
