@@ -38,6 +38,15 @@ pub fn counted(n: usize, word: &str) -> String {
     format!("{n} {word}{}", if n == 1 { "" } else { "s" })
 }
 
+/// What a self-check leaves, for "projects …": `exactly`, or `within 0.31 px`.
+pub fn within_px(px: f64) -> String {
+    if px < 1e-9 {
+        return "exactly".to_owned();
+    }
+    let decimals = (1.0 - px.log10().floor()).clamp(1.0, 10.0) as usize;
+    format!("within {px:.decimals$} px")
+}
+
 /// An angle in degrees, one digit after the point.
 pub fn degrees(rad: f64) -> String {
     let text = format!("{:.1}", rad.to_degrees());
@@ -79,6 +88,10 @@ mod tests {
         assert_eq!(significant(1234.5, 3), "1234");
         assert_eq!(significant(3.21e-9, 3), "3.21e-9");
         assert_eq!((significant(0.0, 3), significant(0.999_6, 3)), ("0".to_owned(), "1.00".to_owned()));
+        assert_eq!(
+            [0.0, 3.1, 0.31, 4e-7].map(within_px),
+            ["exactly", "within 3.1 px", "within 0.31 px", "within 0.00000040 px"]
+        );
         assert_eq!(degrees(-1e-6), "0.0");
     }
 }

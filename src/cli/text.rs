@@ -203,7 +203,9 @@ fn warnings(report: &Report) -> String {
 /// The text as a sentence begins; names of parameters stay as they are.
 fn capital(text: &str) -> String {
     let first = text.split([' ', ',']).next().unwrap_or_default();
-    if Model::ALL.iter().any(|m| m.spec().index(first).is_some()) {
+    // A file name stays as it is.
+    let is_file = first.contains(['/', '\\']) || first.trim_end_matches(':').contains('.');
+    if is_file || Model::ALL.iter().any(|m| m.spec().index(first).is_some()) {
         return text.to_owned();
     }
     let mut chars = text.chars();

@@ -7,6 +7,7 @@ use crate::{
         Error, Result,
         format::{self, Destination, Evidence, Export, Frame},
         html,
+        number::within_px,
         report::{FrameReport, Report},
     },
     cli::{files, say},
@@ -22,8 +23,10 @@ pub(super) fn camera(report: &Report, destination: &Destination) -> Result<Strin
     let written = format::write(destination.format, &export)?;
     files::write(Path::new(&destination.path), written.text.as_bytes())?;
     let mut said = format!(
-        "wrote {} ({}; read back, it projects within {:.1e} px)",
-        destination.path, destination.format.title, written.self_check_px
+        "wrote {} ({}; read back, it projects {})",
+        destination.path,
+        destination.format.title,
+        within_px(written.self_check_px)
     );
     for note in written.notes {
         said += &format!("\n  {note}");
