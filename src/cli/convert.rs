@@ -10,6 +10,7 @@ use super::{files, print, say};
 use crate::calib::{
     Error, Result,
     format::{self, Destination, Export},
+    number::within_px,
 };
 
 /// Convert a camera file, and scale or crop the camera
@@ -63,13 +64,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     files::write(path, written.text.as_bytes())?;
     let [w, h] = file.camera.size_px;
     print(&format!(
-        "{} ({}) -> {} ({}): {w} x {h} px, {}, self-check {:.1e} px\n",
+        "{} ({}) -> {} ({}): {w} x {h} px, {}; read back, it projects {}\n",
         input.display(),
         file.format,
         output.path,
         output.format.name,
         file.camera.model,
-        written.self_check_px
+        within_px(written.self_check_px)
     ))?;
     for note in file.notes.iter().chain(&written.notes) {
         say(&format!("note: {note}"));
