@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use super::{
     grow::Lattice,
     pyramid::Level,
-    sheet::{Cell, GUESS_REACH, Guess, STEPS, Sheet, add, guess},
+    sheet::{Cell, GUESS_REACH, Guess, STEPS, Sheet, add, guess, is_black},
     strip::{self, Fit, Start},
 };
 use crate::calib::image::{Plane, Sample};
@@ -58,18 +58,18 @@ pub(super) fn complete<T: Sample>(
     for (cell, px) in cells.iter() {
         places.set(cell, level.to_picture(px));
     }
-    let mut fitted = accepted(picture, &fit(picture, &places), &places, lattice.black);
+    let mut fitted = accepted(picture, &fit(picture, &places), &places);
     if (fitted.len() as f64) < STANDING * cells.len() as f64 {
         return None;
     }
     let mut added = false;
-    while let Some(more) = grown(picture, &fitted, lattice.black) {
+    while let Some(more) = grown(picture, &fitted) {
         fitted = more;
         added = true;
     }
     if added {
         let places = places_of(&fitted);
-        fitted = accepted(picture, &fit(picture, &places), &places, lattice.black);
+        fitted = accepted(picture, &fit(picture, &places), &places);
     }
     drop_strays(&mut fitted);
     drop_thin_lines(&mut fitted, [picture.width(), picture.height()]);
@@ -84,7 +84,7 @@ fn stands_out(level: &Level<'_>, lattice: &Lattice, cell: Cell) -> bool {
         level_at(&*level.picture, px + g.uv[0] * (LOOK * su) + g.uv[1] * (LOOK * sv)).unwrap_or(f64::NAN)
     };
     let (along, across) = ([at(1.0, 1.0), at(-1.0, -1.0)], [at(1.0, -1.0), at(-1.0, 1.0)]);
-    let (dark, bright) = if lattice.black == is_even(cell) { (along, across) } else { (across, along) };
+    let (dark, bright) = if is_black(cell) { (along, across) } else { (across, along) };
     dark[0].max(dark[1]) < bright[0].min(bright[1])
 }
 
@@ -131,12 +131,7 @@ fn fit_some<T: Sample>(
 
 /// Fits that are corners: they stayed where the grid had them, have the contrast of their neighbours, and four squares around
 /// them.
-fn accepted<T: Sample>(
-    picture: &Plane<T>,
-    fitted: &Fitted,
-    places: &Sheet<Vector2<f64>>,
-    black: bool,
-) -> Fitted {
+fn accepted<T: Sample>(picture: &Plane<T>, fitted: &Fitted, places: &Sheet<Vector2<f64>>) -> Fitted {
     let mut kept = Sheet::new();
     let usual = usual_residual(fitted);
     for (cell, f) in fitted.iter().filter(|(_, f)| f.ok) {
@@ -144,10 +139,7 @@ fn accepted<T: Sample>(
         let stayed = Guess { px: start, ..g }.off(f.px) < MOVE;
         let alike = contrast_beside(fitted, cell).is_none_or(|c| CONTRAST.contains(&(f.amplitude.abs() / c)));
         let explained = f.sigma_gray <= (LEFT * usual).max(LEFT_OF_CONTRAST * f.amplitude.abs());
-        if stayed
-            && alike
-            && explained
-            && has_squares(picture, &Guess { px: f.px, ..g }, &f, black == is_even(cell))
+        if stayed && alike && explained && has_squares(picture, &Guess { px: f.px, ..g }, &f, is_black(cell))
         {
             kept.set(cell, f);
         }
@@ -162,10 +154,6 @@ fn usual_residual(fitted: &Fitted) -> f64 {
     list.get(list.len() / 2).copied().unwrap_or(0.0)
 }
 
-const fn is_even(cell: Cell) -> bool {
-    (cell[0] + cell[1]).rem_euclid(2) == 0
-}
-
 /// Median of half the contrast of a cell's fitted neighbours.
 fn contrast_beside(fitted: &Fitted, cell: Cell) -> Option<f64> {
     let around = (-1..=1).flat_map(|r| (-1..=1).map(move |c| [c, r])).filter(|d| *d != [0, 0]);
@@ -176,13 +164,13 @@ fn contrast_beside(fitted: &Fitted, cell: Cell) -> Option<f64> {
 }
 
 /// Tries the empty cells around the grid; `None` where none is a corner.
-fn grown<T: Sample>(picture: &Plane<T>, fitted: &Fitted, black: bool) -> Option<Fitted> {
+fn grown<T: Sample>(picture: &Plane<T>, fitted: &Fitted) -> Option<Fitted> {
     let mut places = places_of(fitted);
     let mut tried = Vec::new();
     for cell in fitted.rim() {
         let Some(g) = guess(fitted, cell, |f| f.px) else { continue };
         let Some(like) = any_beside(fitted, cell) else { continue };
-        if has_squares(picture, &g, &like, black == is_even(cell)) {
+        if has_squares(picture, &g, &like, is_black(cell)) {
             places.set(cell, g.px);
             tried.push(cell);
         }
@@ -202,7 +190,7 @@ fn grown<T: Sample>(picture: &Plane<T>, fitted: &Fitted, black: bool) -> Option<
             }
         }
     }
-    let near = accepted(picture, &fit_some(picture, &places, &cells, false), &places, black);
+    let near = accepted(picture, &fit_some(picture, &places, &cells, false), &places);
     let mut more = fitted.clone();
     let mut found = false;
     for cell in tried {

@@ -2,7 +2,7 @@
 
 use super::{
     complete::{Fitted, level_at},
-    sheet::{Cell, add, guess},
+    sheet::{Cell, add, guess, is_black},
 };
 use crate::calib::image::{Plane, Sample};
 
@@ -12,14 +12,13 @@ const AT: [f64; 3] = [0.3, 0.7, 1.35];
 /// Share of the contrast with which squares alternate, at least where there are some, at most where there are none.
 const ALTERNATE: [f64; 2] = [0.6, 0.5];
 
-/// Whether the board ends beyond the first column, last column, first row, last row. `black`: the square between +column and
-/// +row of cell (0, 0).
-pub(super) fn ends<T: Sample>(picture: &Plane<T>, fitted: &Fitted, black: bool) -> [bool; 4] {
+/// Whether the board ends beyond the first column, last column, first row, last row.
+pub(super) fn ends<T: Sample>(picture: &Plane<T>, fitted: &Fitted) -> [bool; 4] {
     let Some(bounds) = fitted.bounds() else { return [false; 4] };
     [0, 1, 2, 3].map(|side| {
         let (k, outward) = (side / 2, if side % 2 == 0 { -1 } else { 1 });
         let last = bounds[k][side % 2];
-        let [near, far, behind] = AT.map(|at| alternation(picture, fitted, black, (k, last, outward), at));
+        let [near, far, behind] = AT.map(|at| alternation(picture, fitted, (k, last, outward), at));
         [near, far].iter().all(|s| s.is_some_and(|s| s >= ALTERNATE[0]))
             && behind.is_some_and(|b| b.abs() <= ALTERNATE[1])
     })
@@ -30,7 +29,6 @@ pub(super) fn ends<T: Sample>(picture: &Plane<T>, fitted: &Fitted, black: bool) 
 fn alternation<T: Sample>(
     picture: &Plane<T>,
     fitted: &Fitted,
-    black: bool,
     (k, last, outward): (usize, i32, i32),
     at: f64,
 ) -> Option<f64> {
@@ -51,8 +49,7 @@ fn alternation<T: Sample>(
         } else {
             add(cell, [0, -1])
         };
-        let further = i32::from(at > 1.0);
-        let dark = black == ((square[0] + square[1] + further).rem_euclid(2) == 0);
+        let dark = is_black(square) == (at < 1.0);
         samples.push((if dark { -1.0 } else { 1.0 }, bright.clamp(-1.5, 1.5)));
     }
     if samples.len() < 3 {

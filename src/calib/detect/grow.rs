@@ -11,7 +11,7 @@ use nalgebra::Vector2;
 use super::{
     response::{Ring, peaks, response, vertex},
     saddle::Saddle,
-    sheet::{Cell, STEPS, Sheet, add, guess},
+    sheet::{Cell, STEPS, Sheet, add, guess, is_black},
 };
 use crate::calib::image::Plane;
 
@@ -37,8 +37,6 @@ const BUCKET: f64 = 16.0;
 pub(super) struct Lattice {
     /// Places in the level, px.
     pub(super) cells: Sheet<Vector2<f64>>,
-    /// Whether the square between +column and +row of cell (0, 0) is black.
-    pub(super) black: bool,
 }
 
 /// Saddles of a level and their grids.
@@ -123,7 +121,7 @@ impl<'a> Field<'a> {
                 for (cell, i) in grown.iter() {
                     cells.set(cell, self.saddles[i].px);
                 }
-                best = Some(Lattice { cells, black: true });
+                best = Some(Lattice { cells });
             }
             self.saddles.truncate(n);
         }
@@ -249,11 +247,6 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Black between +column and +row: cell (0, 0) is, and colours alternate.
-    fn black(cell: Cell) -> bool {
-        (cell[0] + cell[1]) % 2 == 0
-    }
-
     /// Whether a saddle can be the corner of a cell; its distance from the predicted place, in cells.
     fn fits(&self, sheet: &Sheet<usize>, cell: Cell, guess: &super::sheet::Guess, s: &Saddle) -> Option<f64> {
         let off = guess.off(s.px);
@@ -261,7 +254,7 @@ impl<'a> Field<'a> {
         let (n, contrast) = beside.fold((0.0, 0.0), |(n, c), i| (n + 1.0, c + self.saddles[i].contrast));
         (off < OFF
             && CONTRAST.contains(&(s.contrast * n / contrast))
-            && s.mismatch(guess.uv, Self::black(cell)).is_some_and(|m| m < ALONG))
+            && s.mismatch(guess.uv, is_black(cell)).is_some_and(|m| m < ALONG))
         .then_some(off)
     }
 

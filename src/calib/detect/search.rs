@@ -13,7 +13,7 @@ use super::{
     pyramid::{Level, eight_bits, halve, is_peppered, median, noise},
     reason::{Searched, why},
     response::{RING, Ring, SMALL_RING},
-    sheet::{STEPS, Sheet, add},
+    sheet::{STEPS, Sheet, add, is_black},
     strip::Start,
 };
 use crate::calib::image::{Gray, Plane, Sample};
@@ -49,7 +49,7 @@ pub(super) fn search<T: Sample>(picture: &Plane<T>, gray: &Gray, refinement: Ref
         let lattice = field.largest(FEWEST / 2)?;
         let fitted = complete(picture, level, &lattice)?;
         searched.corners = searched.corners.max(fitted.len());
-        is_board(&fitted).then(|| Found { black: lattice.black, spacing: spacing(&lattice), fitted })
+        is_board(&fitted).then(|| Found { spacing: spacing(&lattice), fitted })
     };
     // From the start to finer levels, then to coarser ones, which see through blur and noise.
     let order = (finest..=start).rev().chain(start + 1..levels.len());
@@ -79,7 +79,6 @@ pub(super) fn search<T: Sample>(picture: &Plane<T>, gray: &Gray, refinement: Ref
 /// A grid that was found and refined.
 struct Found {
     fitted: Fitted,
-    black: bool,
     /// Median distance of neighbours in the level, px.
     spacing: f64,
 }
@@ -125,8 +124,8 @@ impl Found {
         let grid = Grid {
             size: [(c1 - c0 + 1) as u32, (r1 - r0 + 1) as u32],
             corners,
-            black_first: self.black == ((c0 + r0).rem_euclid(2) == 0),
-            ends: ends(picture, &self.fitted, self.black),
+            black_first: is_black([c0, r0]),
+            ends: ends(picture, &self.fitted),
         };
         grid.upright()
     }

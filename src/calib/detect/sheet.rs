@@ -12,6 +12,11 @@ pub(super) fn add([a, b]: Cell, [c, d]: Cell) -> Cell {
     [a + c, b + d]
 }
 
+/// Whether the square between +column and +row of a cell is black: that of cell (0, 0) is, and colours alternate.
+pub(super) const fn is_black(cell: Cell) -> bool {
+    (cell[0] + cell[1]).rem_euclid(2) == 0
+}
+
 /// Values on cells.
 #[derive(Clone, Debug)]
 pub(super) struct Sheet<T> {
