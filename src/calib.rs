@@ -25,6 +25,7 @@ pub mod board;
 pub mod calibrate;
 pub mod camera;
 pub mod detect;
+pub mod diagnose;
 pub mod error;
 pub mod experiment;
 pub mod figure;

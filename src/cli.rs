@@ -8,7 +8,6 @@ mod board;
 mod calibrate;
 mod convert;
 mod detect;
-mod evidence;
 mod experiment;
 mod fail_if;
 mod files;
@@ -18,16 +17,19 @@ mod synth;
 mod text;
 mod undistort;
 
-use std::process::ExitCode;
+use std::{path::PathBuf, process::ExitCode};
 
 use clap::{Parser, Subcommand};
 
 use crate::calib::{Error, Result};
 
-/// Camera calibration that can be believed. Without a command it calibrates the built-in scene, whose truth is known
+/// Camera calibration that can be believed. Without a command it opens the window
 #[derive(Debug, Parser)]
-#[command(name = "straightedge", version)]
+#[command(name = "straightedge", version, args_conflicts_with_subcommands = true)]
 struct Cli {
+    /// Photographs, or folders of them, to open in the window
+    #[arg(value_name = "PATHS")]
+    paths: Vec<PathBuf>,
     #[command(subcommand)]
     command: Option<Command>,
 }
@@ -50,11 +52,12 @@ pub(crate) const NO_RESULT: u8 = 1;
 /// Wrong use: bad grammar, a missing path.
 pub(crate) const WRONG_USE: u8 = 2;
 
-/// Runs the command line of this process.
-pub fn main() -> ExitCode {
+/// Runs the command line of this process. `window` shows the application until it is closed; its error says in words why there
+/// is no window.
+pub fn main(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>) -> ExitCode {
     let cli = Cli::parse();
     let ran = match cli.command {
-        None => calibrate::demo(),
+        None => return open(window, cli.paths),
         Some(Command::Calibrate(args)) => calibrate::run(&args),
         Some(Command::Detect(args)) => detect::run(&args),
         Some(Command::Undistort(args)) => undistort::run(&args),
@@ -65,6 +68,24 @@ pub fn main() -> ExitCode {
         Some(Command::Board(args)) => board::run(&args),
     };
     ran.unwrap_or_else(|error| fail(&error))
+}
+
+fn open(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>, paths: Vec<PathBuf>) -> ExitCode {
+    for path in &paths {
+        if !path.exists() {
+            let message = "there is no such file or folder: check the path (straightedge --help lists the commands)";
+            return fail(&Error::File { path: path.display().to_string(), message: message.to_owned() });
+        }
+    }
+    match window(paths) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            say(&format!(
+                "no window: {why}. Without one: straightedge calibrate | detect | undistort | convert | pose | synth | experiment | board (--help)"
+            ));
+            ExitCode::from(NO_RESULT)
+        }
+    }
 }
 
 /// Says what is wrong on stderr and answers the exit code.

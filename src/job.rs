@@ -4,8 +4,10 @@
 //! the lane that runs [`Job::Inspect`] reads, decodes and detects, and what leaves it is corners and what the file says.
 
 pub mod assemble;
+pub mod evidence;
 pub mod group;
 pub mod photo;
+pub mod raster;
 
 use std::{
     any::Any,
@@ -20,13 +22,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::calib::{
     Error, Result,
-    calibrate::{Problem, calibrate},
+    camera::Camera,
     detect::{self, Detection},
     image::{Photo, Samples},
-    solution::Calibration,
     synth::{self, Scene},
+    undistort::{Interpolation, straighten},
 };
+use evidence::{Case, Evidence};
 use photo::{Colours, Exif};
+use raster::Raster;
 
 /// Where a picture comes from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,9 +81,25 @@ pub enum Job {
         source: Source,
         /// How to detect.
         options: detect::Options,
+        /// Longer side of the thumbnail that is made, px; 0 for none.
+        thumbnail_px: u32,
     },
-    /// From corners to a camera.
-    Calibrate(Box<Problem>),
+    /// From what was seen to a camera with its evidence.
+    Evidence(Box<Case>),
+    /// Read a picture to be shown.
+    Look {
+        /// The picture.
+        source: Source,
+    },
+    /// Read a picture and take the lens out of it.
+    Straighten {
+        /// The picture.
+        source: Source,
+        /// The camera that took it.
+        camera: Camera,
+        /// How much of it is shown, 0..=1 ([`crate::calib::undistort::new_camera`]).
+        alpha: f64,
+    },
 }
 
 /// What a job answers.
@@ -87,8 +107,10 @@ pub enum Job {
 pub enum Output {
     /// Of [`Job::Inspect`].
     Inspection(Box<Inspection>),
-    /// Of [`Job::Calibrate`].
-    Calibration(Box<Calibration>),
+    /// Of [`Job::Evidence`].
+    Evidence(Box<Evidence>),
+    /// Of [`Job::Look`] and [`Job::Straighten`].
+    Raster(Raster),
 }
 
 /// What is known of a picture, whatever the board.
@@ -102,6 +124,8 @@ pub struct Inspection {
     pub bytes_hash: u128,
     /// Hash of the grey pixels: equal for copies of one picture.
     pub pixels_hash: u128,
+    /// A small grey copy, where it was asked for.
+    pub thumbnail: Option<Raster>,
     /// What reading it told.
     pub notes: Vec<String>,
     /// What was found.
@@ -110,6 +134,14 @@ pub struct Inspection {
     pub read_ms: f64,
     /// Wall time of the detection, ms.
     pub detect_ms: f64,
+}
+
+impl Inspection {
+    /// What a calibration needs of it.
+    #[must_use]
+    pub fn without_thumbnail(self) -> Self {
+        Self { thumbnail: None, ..self }
+    }
 }
 
 /// By what the asker recognises the reply: a position in a list, or a hash of what the job is made from.
@@ -154,17 +186,24 @@ fn caught<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
 
 fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Result<Output> {
     match job {
-        Job::Inspect { source, options } => {
-            inspect(&source, &options, report).map(|i| Output::Inspection(Box::new(i)))
+        Job::Inspect { source, options, thumbnail_px } => {
+            inspect(&source, &options, thumbnail_px, report).map(|i| Output::Inspection(Box::new(i)))
         }
-        Job::Calibrate(problem) => calibrate(&problem, &mut |share| report(Progress(share)))
-            .map(|c| Output::Calibration(Box::new(c))),
+        Job::Evidence(case) => evidence::evidence(&case, &mut |share| report(Progress(share)))
+            .map(|e| Output::Evidence(Box::new(e))),
+        Job::Look { source } => Ok(Output::Raster(Raster::of(source.read(Colours::Keep)?.photo))),
+        Job::Straighten { source, camera, alpha } => {
+            let photo = source.read(Colours::Keep)?.photo;
+            let straight = straighten(&photo, &camera, alpha, false, Interpolation::Bilinear)?;
+            Ok(Output::Raster(Raster::of(straight)))
+        }
     }
 }
 
 fn inspect(
     source: &Source,
     options: &detect::Options,
+    thumbnail_px: u32,
     report: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Inspection> {
     let mut at = |share| if report(Progress(share)).is_break() { Err(Error::Stopped) } else { Ok(()) };
@@ -173,6 +212,7 @@ fn inspect(
     let picture = source.read(Colours::Gray)?;
     let size_px = [picture.photo.width as u32, picture.photo.height as u32];
     let gray = picture.photo.into_gray();
+    let thumbnail = (thumbnail_px > 0).then(|| Raster::thumbnail(&gray, thumbnail_px as usize));
     let read_ms = ms_since(start);
     at(0.5)?;
     let start = Instant::now();
@@ -182,6 +222,7 @@ fn inspect(
         exif: picture.exif,
         bytes_hash: picture.bytes_hash,
         pixels_hash: picture.pixels_hash,
+        thumbnail,
         notes: picture.notes,
         detection,
         read_ms,
@@ -213,7 +254,7 @@ mod tests {
     #[test]
     fn a_stopped_job_has_no_reply() {
         let source = Source::View { scene: Arc::new(Scene::seed()), view: 0 };
-        let job = Job::Inspect { source, options: detect::Options::default() };
+        let job = Job::Inspect { source, options: detect::Options::default(), thumbnail_px: 0 };
         let request = Request { key: Key(7), job };
         assert_eq!(run(request.clone(), &mut |_| ControlFlow::Break(())), None);
         let reply = run(request, &mut |_| ControlFlow::Continue(())).unwrap();

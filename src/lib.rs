@@ -11,6 +11,7 @@
 //!
 //! The data flows one way: paths → inspections → problem → calibration → report. See `ARCHITECTURE.md`.
 
+pub mod app;
 pub mod calib;
 pub mod cli;
 pub mod job;

@@ -1,5 +1,5 @@
 //! The `straightedge` command.
 
 fn main() -> std::process::ExitCode {
-    straightedge::cli::main()
+    straightedge::cli::main(straightedge::app::run)
 }

@@ -10,7 +10,10 @@ mod side_by_side;
 use std::{
     collections::VecDeque,
     ops::ControlFlow,
-    sync::mpsc::{self, Receiver},
+    sync::{
+        Arc,
+        mpsc::{self, Receiver},
+    },
 };
 
 use crate::{
@@ -43,10 +46,15 @@ pub enum Event {
 impl Pool {
     /// A pool of `lanes` lanes, at least one.
     pub fn new(lanes: usize) -> Self {
+        Self::waking(lanes, Arc::new(|| ()))
+    }
+
+    /// The same; `wake` is called, by a lane, whenever there is something to [`Pool::poll`].
+    pub fn waking(lanes: usize, wake: Arc<dyn Fn() + Send + Sync>) -> Self {
         let lanes = lanes.max(1);
         let (sender, messages) = mpsc::channel();
         Self {
-            lanes: (0..lanes).map(|i| Lane::spawn(i, sender.clone())).collect(),
+            lanes: (0..lanes).map(|i| Lane::spawn(i, sender.clone(), wake.clone())).collect(),
             busy: vec![None; lanes],
             queue: VecDeque::new(),
             messages,
@@ -57,6 +65,22 @@ impl Pool {
     pub fn submit(&mut self, request: Request) {
         self.queue.push_back(request);
         self.feed();
+    }
+
+    /// Puts a job before all that wait: someone looks at its result.
+    pub fn submit_first(&mut self, request: Request) {
+        self.queue.push_front(request);
+        self.feed();
+    }
+
+    /// Whether a job with this key waits or runs.
+    pub fn has(&self, key: Key) -> bool {
+        self.busy.contains(&Some(key)) || self.queue.iter().any(|r| r.key == key)
+    }
+
+    /// Keys of all jobs that wait or run.
+    pub fn keys(&self) -> impl Iterator<Item = Key> + '_ {
+        self.busy.iter().flatten().copied().chain(self.queue.iter().map(|r| r.key))
     }
 
     /// Drops queued jobs and stops running ones whose keys are not wanted any more.

@@ -4,16 +4,15 @@ mod inputs;
 mod outputs;
 
 use std::{
+    ops::ControlFlow,
     path::{Path, PathBuf},
     process::ExitCode,
-    sync::Arc,
     time::Instant,
 };
 
 use super::{
     NO_RESULT,
     args::{self, Fixes, ModelArg},
-    evidence::{Evidence, Known, Plan, evidence},
     fail_if::FailIf,
     files, frames, print, say, text,
 };
@@ -23,10 +22,11 @@ use crate::{
         calibrate::{Loss, Options, Weights, check_fixes},
         camera::Model,
         format::Destination,
-        report::Settings,
-        synth::Scene,
     },
-    job::{Source, ms_since},
+    job::{
+        evidence::{Case, Evidence, evidence},
+        ms_since,
+    },
 };
 
 /// Calibrate a camera from photographs of a checkerboard
@@ -108,8 +108,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if let Some((value, unit)) = square {
         (settings.square, settings.unit) = (value, unit);
     }
-    let plan = Plan {
-        paths: args.paths.clone(),
+    let case = Case {
         board,
         models,
         start,
@@ -120,11 +119,22 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             weights: args.weights,
             ..Options::default()
         },
-        settings,
+        ..Case::new(inspected.entries, settings)
     };
-    let mut found = evidence(&mut pool, &inspected, &plan)?;
+    let mut found = solved(&case)?;
+    if let Some(error) = files::none_found(&case.entries, &args.paths) {
+        found.report.failed(&error);
+    }
+    (found.report.timing_ms.read, found.report.timing_ms.detect) = (inspected.read_ms, inspected.detect_ms);
     found.report.timing_ms.total = ms_since(begun);
     answer(args, &found)
+}
+
+fn solved(case: &Case) -> Result<Evidence> {
+    let bar = frames::waiting("Calibrating");
+    let found = evidence(case, &mut |_| ControlFlow::Continue(()));
+    bar.finish_and_clear();
+    found
 }
 
 /// Prints, writes, and answers the exit code.
@@ -151,31 +161,4 @@ fn answer(args: &Args, found: &Evidence) -> Result<ExitCode> {
         well &= outputs::told(outputs::page(report, path));
     }
     Ok(if well { ExitCode::SUCCESS } else { ExitCode::from(NO_RESULT) })
-}
-
-/// Calibrates the built-in scene and prints the evidence.
-pub(super) fn demo() -> Result<ExitCode> {
-    let begun = Instant::now();
-    let scene = Arc::new(Scene::seed());
-    let truth = scene.truth();
-    let mut pool = frames::pool(None);
-    let views = (0..scene.poses.len()).map(|view| Source::View { scene: scene.clone(), view });
-    let inspected = frames::inspect(&mut pool, views.collect(), Default::default())?;
-    let plan = Plan {
-        paths: Vec::new(),
-        board: None,
-        models: vec![Model::Brown5],
-        start: None,
-        options: Options::default(),
-        settings: Settings { square: truth.square, unit: truth.unit, ..Settings::default() },
-        truth: Some(Known { file: "seed".to_owned(), camera: truth.camera.clone(), scene: Some(truth) }),
-    };
-    let mut found = evidence(&mut pool, &inspected, &plan)?;
-    found.report.timing_ms.total = ms_since(begun);
-    print(
-        "The built-in scene \"seed\": 15 pictures rendered in memory by a camera that is known exactly, then detected and\n\
-         calibrated as photographs are. Your own: straightedge calibrate FOLDER --square 25mm (see --help).\n\n",
-    )?;
-    print(&text::evidence(&found.report))?;
-    Ok(if found.calibration.is_some() { ExitCode::SUCCESS } else { ExitCode::from(NO_RESULT) })
 }

@@ -2,14 +2,13 @@
 
 use std::{process::ExitCode, time::Instant};
 
-use super::{
-    NO_RESULT, args,
-    evidence::{Plan, sort_out},
-    frames, print, say, text,
-};
+use super::{NO_RESULT, args, files, frames, print, say, text};
 use crate::{
-    calib::{Result, calibrate::Options, camera::Model, report::Settings},
-    job::ms_since,
+    calib::{Result, report::Settings},
+    job::{
+        evidence::{Case, sort_out},
+        ms_since,
+    },
 };
 
 /// Find the corners of a checkerboard in photographs
@@ -32,16 +31,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let mut pool = frames::pool(args.detecting.threads);
     let inspected = frames::inspect(&mut pool, sources, args.detecting.options())?;
     let (square, unit) = args.board.square();
-    let plan = Plan {
-        paths: args.pictures.paths.clone(),
-        board: args.board.board.0,
-        models: vec![Model::Brown5],
-        start: None,
-        truth: None,
-        options: Options::default(),
-        settings: Settings { square, unit, ..args.detecting.settings() },
-    };
-    let (mut report, assembly) = sort_out(&inspected, &plan);
+    let settings = Settings { square, unit, ..args.detecting.settings() };
+    let case = Case { board: args.board.board.0, ..Case::new(inspected.entries, settings) };
+    let (mut report, mut assembly) = sort_out(&case);
+    if let Some(error) = files::none_found(&case.entries, &args.pictures.paths) {
+        assembly.problem = Err(error);
+    }
+    (report.timing_ms.read, report.timing_ms.detect) = (inspected.read_ms, inspected.detect_ms);
     report.timing_ms.total = ms_since(begun);
     let found = report.frames.iter().any(|f| f.found);
     if let (false, Err(error)) = (found, &assembly.problem) {

@@ -11,7 +11,10 @@ use crate::{
         Error, Result,
         format::{self, CameraFile},
     },
-    job::photo::{Content, sniff_named},
+    job::{
+        assemble::Entry,
+        photo::{Content, sniff_named},
+    },
 };
 
 /// Bytes of a file that are looked at to see what it is.
@@ -142,6 +145,11 @@ pub(super) fn no_pictures(paths: &[PathBuf]) -> Error {
         message: "no pictures were found: give JPEG, PNG, TIFF, BMP, WebP or PNM files, or a folder of them"
             .to_owned(),
     }
+}
+
+/// Why there is no board where there are not even pictures.
+pub(super) fn none_found(entries: &[Entry], paths: &[PathBuf]) -> Option<Error> {
+    (entries.is_empty() && !paths.is_empty()).then(|| Error::NoBoard(no_pictures(paths).to_string()))
 }
 
 /// A hidden name in the same folder, which no other process uses.

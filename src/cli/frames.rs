@@ -5,7 +5,7 @@ use std::{ops::ControlFlow, path::PathBuf, time::Duration};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::{
-    calib::{Error, Result, calibrate::Problem, detect, solution::Calibration},
+    calib::{Error, Result, detect},
     job::{Inspection, Job, Output, Source, assemble::Entry, photo},
     worker::{self, Pool},
 };
@@ -40,7 +40,7 @@ pub(super) fn sources(paths: &[PathBuf]) -> Result<Vec<Source>> {
 pub(super) fn inspect(pool: &mut Pool, sources: Vec<Source>, options: detect::Options) -> Result<Inspected> {
     let names: Vec<String> = sources.iter().map(Source::name).collect();
     let bar = counter("Finding boards", names.len());
-    let jobs = sources.into_iter().map(|source| Job::Inspect { source, options }).collect();
+    let jobs = sources.into_iter().map(|source| Job::Inspect { source, options, thumbnail_px: 0 }).collect();
     let results = pool.map(jobs, &mut |done| {
         bar.set_position(done as u64);
         ControlFlow::Continue(())
@@ -59,29 +59,10 @@ pub(super) fn inspect(pool: &mut Pool, sources: Vec<Source>, options: detect::Op
     Ok(Inspected { entries, read_ms, detect_ms })
 }
 
-/// Solves problems side by side; the results are in the order of the problems.
-///
-/// # Errors
-/// Never for a single problem: that is in its result.
-pub(super) fn solve(pool: &mut Pool, problems: Vec<Problem>) -> Result<Vec<Result<Calibration>>> {
-    let bar = waiting("Calibrating");
-    let jobs = problems.into_iter().map(|p| Job::Calibrate(Box::new(p))).collect();
-    let results = pool.map(jobs, &mut |_| ControlFlow::Continue(()))?;
-    bar.finish_and_clear();
-    Ok(results.into_iter().map(|result| result.and_then(calibration)).collect())
-}
-
 fn inspection(output: Output) -> Result<Inspection> {
     match output {
         Output::Inspection(i) => Ok(*i),
-        Output::Calibration(_) => Err(Error::Crashed("a calibration answered an inspection".to_owned())),
-    }
-}
-
-fn calibration(output: Output) -> Result<Calibration> {
-    match output {
-        Output::Calibration(c) => Ok(*c),
-        Output::Inspection(_) => Err(Error::Crashed("an inspection answered a calibration".to_owned())),
+        _ => Err(Error::Crashed("something else answered an inspection".to_owned())),
     }
 }
 
@@ -95,7 +76,8 @@ pub(super) fn counter(what: &'static str, n: usize) -> ProgressBar {
     bar
 }
 
-fn waiting(what: &'static str) -> ProgressBar {
+/// A bar that only turns.
+pub(super) fn waiting(what: &'static str) -> ProgressBar {
     let bar = ProgressBar::new_spinner().with_message(what);
     bar.enable_steady_tick(Duration::from_millis(100));
     bar

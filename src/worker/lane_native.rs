@@ -37,7 +37,8 @@ pub(super) struct Lane {
 }
 
 impl Lane {
-    pub(super) fn spawn(index: usize, messages: Sender<Message>) -> Self {
+    /// `wake` is called after each message.
+    pub(super) fn spawn(index: usize, messages: Sender<Message>, wake: Arc<dyn Fn() + Send + Sync>) -> Self {
         let (requests, inbox) = mpsc::channel::<Request>();
         let stop = Arc::new(AtomicBool::new(false));
         let (flag, out) = (stop.clone(), messages.clone());
@@ -46,6 +47,7 @@ impl Lane {
                 let key = request.key;
                 let mut report = |progress| {
                     let _ = out.send(Message::Progress(key, progress));
+                    wake();
                     if flag.load(Ordering::Relaxed) {
                         ControlFlow::Break(())
                     } else {
@@ -56,6 +58,7 @@ impl Lane {
                 if out.send(Message::Ended { lane: index, key, reply }).is_err() {
                     return;
                 }
+                wake();
             }
         };
         // A thread that the system refuses leaves a lane whose jobs fail by name (`send`).

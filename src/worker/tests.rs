@@ -15,7 +15,7 @@ fn jobs() -> Vec<Job> {
     let sources = (0..6).map(|view| Source::View { scene: scene.clone(), view });
     let missing = Source::File(PathBuf::from("no/such/picture.png"));
     let options = detect::Options::default();
-    sources.chain([missing]).map(|source| Job::Inspect { source, options }).collect()
+    sources.chain([missing]).map(|source| Job::Inspect { source, options, thumbnail_px: 0 }).collect()
 }
 
 fn go(_: usize) -> ControlFlow<()> {

@@ -10,9 +10,10 @@ use crate::{
         synth::Truth,
         target::{BoardSize, Unit},
     },
-    cli::{evidence::Known, files, frames::Inspected, say},
+    cli::{files, frames::Inspected, say},
     job::{
         assemble::{Entry, Finding, Seen},
+        evidence::Known,
         photo::{self, Exif},
     },
 };

@@ -1,0 +1,266 @@
+//! The window: draws the state, collects actions, and does what only a window can do.
+//!
+//! ```text
+//!  folder ─► Action ─► apply ─► plan ─► Request ─► Pool ─► run(job) ─► Reply ─► Action::Finished ─► apply …
+//!                        └─► panels draw &State ─► Action ─► apply …
+//! ```
+//!
+//! [`State::apply`] is the only place where the state changes, [`State::plan`] the only one that asks for work.
+
+pub mod action;
+pub mod board_dialog;
+pub mod cx;
+pub mod export;
+pub mod files;
+mod keys;
+pub mod panels;
+pub mod picture_view;
+pub mod plan;
+pub mod screen;
+pub mod session;
+pub mod state;
+pub mod style;
+pub mod textures;
+pub mod widgets;
+pub mod zones;
+
+use std::{path::PathBuf, sync::Arc, time::Instant};
+
+use egui::{Frame, Margin, Panel};
+
+use crate::{
+    job::{Key, ms_since},
+    worker::{self, Event, Pool},
+};
+use action::{Action, Command};
+use cx::Cx;
+use files::Inbox;
+use plan::{Kind, Plan};
+use state::State;
+use style::Tokens;
+use textures::Textures;
+
+/// The application.
+pub struct App {
+    /// Everything that is known.
+    pub state: State,
+    pool: Pool,
+    textures: Textures,
+    inbox: Inbox,
+    /// The revision that was planned for.
+    planned: Option<u64>,
+    /// When the pictures were opened.
+    opened: Option<Instant>,
+}
+
+impl App {
+    /// A window; it opens what lies at `paths`.
+    pub fn new(cc: &eframe::CreationContext<'_>, paths: Vec<PathBuf>) -> Self {
+        Self::on(&cc.egui_ctx, paths)
+    }
+
+    /// The same on a context, for tests.
+    pub fn on(ctx: &egui::Context, paths: Vec<PathBuf>) -> Self {
+        style::install(ctx);
+        let waker = ctx.clone();
+        let app = Self {
+            state: State::default(),
+            pool: Pool::waking(worker::threads(None), Arc::new(move || waker.request_repaint())),
+            textures: Textures::default(),
+            inbox: Inbox::new(ctx),
+            planned: None,
+            opened: None,
+        };
+        if !paths.is_empty() {
+            app.inbox.list(paths, true);
+        }
+        app
+    }
+
+    /// Takes what happened outside of the window, and asks for what is missing.
+    pub fn advance(&mut self) {
+        for action in self.inbox.drain() {
+            self.act(action);
+        }
+        while let Some(event) = self.pool.poll() {
+            if let Event::Done(reply) = event {
+                self.act(Action::Finished(reply));
+            }
+        }
+        if self.planned != Some(self.state.revision) {
+            self.planned = Some(self.state.revision);
+            self.plan();
+        }
+    }
+
+    /// Whether something is still being computed.
+    pub fn is_busy(&self) -> bool {
+        self.pool.keys().next().is_some() || self.planned != Some(self.state.revision)
+    }
+
+    fn plan(&mut self) {
+        // One calibration at a time: the next one starts from everything that has come meanwhile.
+        let solving = self.pool.keys().any(|k| Kind::of(k) == Some(Kind::Evidence));
+        let asked = self.state.data.asked.clone();
+        let Plan { first, then } = self.state.plan();
+        if solving {
+            self.state.data.asked = asked;
+        }
+        let wanted: std::collections::BTreeSet<Key> = first.iter().chain(&then).map(|r| r.key).collect();
+        self.pool.keep(|key| wanted.contains(&key) || Kind::of(key) == Some(Kind::Evidence));
+        for request in then {
+            if !self.pool.has(request.key) {
+                self.pool.submit(request);
+            }
+        }
+        for request in first {
+            let is_evidence = Kind::of(request.key) == Some(Kind::Evidence);
+            if !self.pool.has(request.key) && !(is_evidence && solving) {
+                self.pool.submit_first(request);
+            }
+        }
+        let done = self.state.waiting() == 0 && !self.is_busy_solving();
+        if done && let Some(opened) = self.opened.take() {
+            self.state.data.took_ms = Some(ms_since(opened));
+        }
+    }
+
+    fn is_busy_solving(&self) -> bool {
+        self.pool.keys().any(|k| Kind::of(k) == Some(Kind::Evidence))
+    }
+
+    /// Applies an action, or does what it asks for.
+    pub fn act(&mut self, action: Action) {
+        if let Action::Open(_) | Action::Add(_) = &action {
+            self.opened = Some(Instant::now());
+        }
+        if matches!(action, Action::Open(_) | Action::Close) {
+            self.textures = Textures::default();
+        }
+        if let Action::Do(command) = &action {
+            self.run(command.clone());
+        }
+        self.state.apply(action);
+    }
+
+    fn run(&mut self, command: Command) {
+        match command {
+            Command::PickFolder => self.inbox.pick_folder(),
+            Command::PickPictures => self.inbox.pick_pictures(),
+            Command::OpenSession => self.inbox.pick_session(),
+            Command::OpenPaths(paths) => {
+                let folder = paths.iter().any(|p| p.is_dir());
+                self.inbox.list(paths, folder || self.state.doc.frames.is_empty());
+            }
+            Command::Save { name, bytes } => self.inbox.save(&name, bytes),
+            Command::Copy(_) | Command::StraightenAll | Command::SaveSession => {}
+        }
+    }
+
+    /// Draws everything.
+    pub fn draw(&mut self, ui: &mut egui::Ui) {
+        let t = Tokens::of(ui);
+        let mut actions = keys::actions(&self.state, ui);
+        let hovering = ui.input(|i| !i.raw.hovered_files.is_empty());
+        let mut cx = Cx::new(&self.state, t, &mut self.textures);
+        let bar = |margin: Margin| Frame::new().fill(t.bg).inner_margin(margin);
+        if self.state.doc.frames.is_empty() {
+            egui::CentralPanel::no_frame().frame(bar(Margin::ZERO)).show(ui, |ui| zones::empty::show(&mut cx, ui, hovering));
+        } else {
+            let wide = ui.content_rect().width() > 1500.0;
+            let tall = ui.content_rect().height() > 850.0;
+            Panel::top("top").exact_size(40.0).frame(bar(Margin::symmetric(10, 0))).show(ui, |ui| zones::top::show(&mut cx, ui));
+            Panel::top("strip").exact_size(28.0).frame(bar(Margin::symmetric(8, 0))).show(ui, |ui| zones::strip::show(&mut cx, ui));
+            Panel::right("answer")
+                .default_size(if wide { 348.0 } else { 304.0 })
+                .size_range(260.0..=420.0)
+                .frame(bar(Margin::symmetric(14, 12)))
+                .show(ui, |ui| zones::answer::show(&mut cx, ui));
+            Panel::bottom("tiles")
+                .exact_size(if tall { 244.0 } else { 198.0 })
+                .frame(bar(Margin::ZERO))
+                .show(ui, |ui| zones::tiles::show(&mut cx, ui));
+            Panel::left("pictures")
+                .default_size(if wide { 272.0 } else { 250.0 })
+                .size_range(200.0..=400.0)
+                .frame(bar(Margin::ZERO))
+                .show(ui, |ui| zones::pictures::show(&mut cx, ui));
+            egui::CentralPanel::no_frame().show(ui, |ui| zones::center::show(&mut cx, ui));
+        }
+        zones::dialogs::show(&mut cx, ui);
+        notice(&mut cx, ui);
+        actions.extend(cx.into_actions());
+        actions.extend(dropped(ui));
+        for action in actions {
+            if let Action::Do(Command::Copy(text)) = &action {
+                ui.copy_text(text.clone());
+            }
+            self.act(action);
+        }
+        if self.planned != Some(self.state.revision) {
+            // What was asked for just now starts now, not at the next move of the mouse.
+            self.planned = Some(self.state.revision);
+            self.plan();
+            ui.request_repaint();
+        }
+    }
+}
+
+/// Files that were dropped on the window.
+fn dropped(ui: &egui::Ui) -> Option<Action> {
+    let paths: Vec<PathBuf> = ui.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
+    (!paths.is_empty()).then_some(Action::Do(Command::OpenPaths(paths)))
+}
+
+/// Something to tell, above everything until it is dismissed.
+fn notice(cx: &mut Cx<'_>, ui: &egui::Ui) {
+    let Some(notice) = &cx.state.screen.notice else { return };
+    let t = cx.t;
+    egui::Area::new(egui::Id::unique("notice"))
+        .anchor(egui::Align2::CENTER_BOTTOM, egui::vec2(0.0, -16.0))
+        .order(egui::Order::Foreground)
+        .show(ui.ctx(), |ui| {
+            let frame = Frame::new().fill(t.raised).corner_radius(6.0).inner_margin(Margin::symmetric(12, 8));
+            frame.stroke(egui::Stroke::new(1.0, t.line2)).show(ui, |ui| {
+                ui.set_max_width(560.0);
+                ui.horizontal(|ui| {
+                    let (glyph, color) =
+                        if notice.bad { (style::icon::WARNING, t.warn) } else { (style::icon::CHECK_CIRCLE, t.ok) };
+                    ui.label(widgets::text(glyph, style::font::fill(16.0), color));
+                    ui.label(widgets::text(notice.text.as_str(), style::font::regular(style::font::BODY), t.ink));
+                    if widgets::icon_button(ui, t, style::icon::X, "Dismiss", true).clicked() {
+                        cx.show(|s| s.notice = None);
+                    }
+                });
+            });
+        });
+}
+
+impl eframe::App for App {
+    fn logic(&mut self, _ctx: &egui::Context, _frame: &mut eframe::Frame) {
+        self.advance();
+    }
+
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        self.draw(ui);
+    }
+}
+
+/// Opens the window and returns when it is closed.
+///
+/// # Errors
+/// In words, where there is no display or no renderer.
+pub fn run(paths: Vec<PathBuf>) -> Result<(), String> {
+    if cfg!(target_os = "linux") && ["DISPLAY", "WAYLAND_DISPLAY"].iter().all(|v| std::env::var_os(v).is_none_or(|d| d.is_empty())) {
+        return Err("there is no display (DISPLAY and WAYLAND_DISPLAY are not set)".to_owned());
+    }
+    let viewport = egui::ViewportBuilder::default()
+        .with_title("Straightedge")
+        .with_app_id("straightedge")
+        .with_inner_size([1280.0, 800.0])
+        .with_min_inner_size([800.0, 560.0])
+        .with_drag_and_drop(true);
+    let options = eframe::NativeOptions { viewport, ..Default::default() };
+    eframe::run_native("straightedge", options, Box::new(|cc| Ok(Box::new(App::new(cc, paths)))))
+        .map_err(|e| e.to_string())
+}

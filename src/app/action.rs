@@ -1,0 +1,202 @@
+//! Everything that can happen, and the only place where the state changes.
+
+use std::{path::PathBuf, sync::Arc};
+
+use super::{
+    plan,
+    screen::Screen,
+    state::{Answer, Document, Frame, Notice, Shown, State},
+};
+use crate::{
+    calib::{observation::FrameId, synth::Scene},
+    job::{Output, Reply, Source},
+};
+
+/// Answers that are kept for undo.
+const KEPT: usize = 32;
+/// Documents to go back to.
+const DEPTH: usize = 200;
+
+/// Something that happened.
+#[derive(Clone, Debug)]
+pub enum Action {
+    /// Pictures to add, in order; those that are open already are passed over.
+    Add(Vec<Source>),
+    /// Start over with these pictures.
+    Open(Vec<Source>),
+    /// Close everything.
+    Close,
+    /// A new document: one step of undo.
+    Edit(Box<Document>),
+    /// A new document while something is dragged: the step of undo was made at the start of the drag.
+    Drag(Box<Document>),
+    /// The screen shows something else.
+    Show(Box<Screen>),
+    /// One document back.
+    Undo,
+    /// One document forward.
+    Redo,
+    /// Stop reading pictures.
+    Stop,
+    /// Go on reading pictures.
+    Resume,
+    /// A job has answered.
+    Finished(Box<Reply>),
+    /// Something to tell.
+    Tell(Notice),
+    /// Something that only the application itself can do: it has files and windows.
+    Do(Command),
+}
+
+/// What is done outside of the state.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Ask for a folder.
+    PickFolder,
+    /// Ask for pictures.
+    PickPictures,
+    /// Open what lies at these paths, beside what is open or instead of it.
+    OpenPaths(Vec<PathBuf>),
+    /// Ask for a place and write a text.
+    Save {
+        /// Proposed name.
+        name: String,
+        /// What is written.
+        bytes: Arc<Vec<u8>>,
+    },
+    /// Ask for a folder and write straightened pictures into it.
+    StraightenAll,
+    /// Ask for a place and write the session.
+    SaveSession,
+    /// Ask for a session.
+    OpenSession,
+    /// Put a text on the clipboard.
+    Copy(String),
+}
+
+impl State {
+    /// Changes the state.
+    pub fn apply(&mut self, action: Action) {
+        self.revision += 1;
+        match action {
+            Action::Add(sources) => self.add(sources),
+            Action::Open(sources) => {
+                let screen = Screen { layers: self.screen.layers, ..Screen::default() };
+                *self = Self { revision: self.revision, screen, ..Self::default() };
+                self.add(sources);
+                self.past.clear();
+            }
+            Action::Close => *self = Self { revision: self.revision, ..Self::default() },
+            Action::Edit(doc) => self.edit(*doc),
+            Action::Drag(doc) => self.doc = *doc,
+            Action::Show(screen) => self.screen = *screen,
+            Action::Undo => {
+                if let Some(doc) = self.past.pop() {
+                    self.future.push(std::mem::replace(&mut self.doc, doc));
+                }
+            }
+            Action::Redo => {
+                if let Some(doc) = self.future.pop() {
+                    self.past.push(std::mem::replace(&mut self.doc, doc));
+                }
+            }
+            Action::Stop => self.data.stopped = true,
+            Action::Resume => self.data.stopped = false,
+            Action::Finished(reply) => self.finished(*reply),
+            Action::Tell(notice) => self.screen.notice = Some(notice),
+            Action::Do(_) => {}
+        }
+        self.recall();
+    }
+
+    fn edit(&mut self, doc: Document) {
+        if doc != self.doc {
+            self.past.push(std::mem::replace(&mut self.doc, doc));
+            self.future.clear();
+            if self.past.len() > DEPTH {
+                self.past.remove(0);
+            }
+        }
+    }
+
+    fn add(&mut self, sources: Vec<Source>) {
+        let mut doc = self.doc.clone();
+        let mut frames = doc.frames.to_vec();
+        for source in sources {
+            if !frames.iter().any(|f| f.source == source) {
+                frames.push(Frame { id: FrameId(doc.next_id), source });
+                doc.next_id += 1;
+            }
+        }
+        doc.frames = Arc::new(frames);
+        self.data.stopped = false;
+        self.edit(doc);
+    }
+
+    fn finished(&mut self, Reply { key, result }: Reply) {
+        match plan::Kind::of(key) {
+            Some(plan::Kind::Inspect(id)) => {
+                let inspection = result.map(|output| match output {
+                    Output::Inspection(i) => Some(Arc::new(*i)),
+                    _ => None,
+                });
+                match inspection {
+                    Ok(Some(inspection)) => drop(self.data.inspections.insert(id, Ok(inspection))),
+                    Ok(None) => {}
+                    Err(error) => drop(self.data.inspections.insert(id, Err(error))),
+                }
+            }
+            Some(plan::Kind::Evidence) => match result {
+                Ok(Output::Evidence(evidence)) => {
+                    if let Some(asked) = self.data.asked.take_if(|a| a.key == key) {
+                        let plan::Asked { key, ids, complete } = asked;
+                        self.keep(Arc::new(Answer { key, ids, evidence: *evidence, complete }));
+                    }
+                }
+                Ok(_) => {}
+                Err(error) => self.screen.notice = Some(Notice { text: error.to_string(), bad: true }),
+            },
+            Some(plan::Kind::Look) => self.data.look = Some(Shown { key, raster: raster(result) }),
+            Some(plan::Kind::Straight) => self.data.straight = Some(Shown { key, raster: raster(result) }),
+            None => {}
+        }
+    }
+
+    fn keep(&mut self, answer: Arc<Answer>) {
+        if self.data.kept.len() >= KEPT {
+            self.data.kept.remove(0);
+        }
+        self.data.kept.push(answer.clone());
+        self.show(answer);
+    }
+
+    fn show(&mut self, answer: Arc<Answer>) {
+        let before = self.data.answer.replace(answer);
+        // A ghost shows what an edit changed, not what another picture read made of a part.
+        self.data.ghost = before.filter(|b| b.complete && b.solution().is_some());
+    }
+
+    /// Shows the answer at once where it is known already.
+    fn recall(&mut self) {
+        let wanted = plan::evidence_key(self);
+        if self.data.answer.as_ref().map(|a| a.key) != wanted
+            && let Some(known) = self.data.kept.iter().find(|a| Some(a.key) == wanted)
+        {
+            let known = known.clone();
+            self.show(known);
+        }
+    }
+}
+
+fn raster(result: crate::calib::Result<Output>) -> crate::calib::Result<Arc<crate::job::raster::Raster>> {
+    result.and_then(|output| match output {
+        Output::Raster(raster) => Ok(Arc::new(raster)),
+        _ => Err(crate::calib::Error::Crashed("something else answered".to_owned())),
+    })
+}
+
+/// The built-in scene as pictures.
+pub fn demo() -> Vec<Source> {
+    let scene = Arc::new(Scene::seed());
+    (0..scene.poses.len()).map(|view| Source::View { scene: scene.clone(), view }).collect()
+}

@@ -1,0 +1,26 @@
+//! Poses.
+
+use egui::Ui;
+
+use super::{Page, Panel, Tile};
+use crate::app::{cx::Cx, state::State, widgets::empty};
+
+/// Registered.
+pub const PANEL: Panel = Panel {
+    tile: Tile::Poses,
+    title: "Poses",
+    page_title: "Poses",
+    caption,
+    share: 212.0,
+    small,
+    pages: &[Page { name: "Overview", show: small }],
+    switches: |_, _| (),
+};
+
+fn caption(_state: &State) -> String {
+    String::new()
+}
+
+fn small(cx: &mut Cx<'_>, ui: &mut Ui) {
+    empty(ui, cx.t, "Nothing yet");
+}

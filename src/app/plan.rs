@@ -1,0 +1,214 @@
+//! What is still to be computed: compares what each value should be made from with what it was made from.
+//!
+//! No panel starts a job, no edit lists what it invalidates, there are no flags. A result is a function of its key.
+
+use std::{
+    hash::Hash,
+    sync::Arc,
+};
+
+use siphasher::sip128::{Hasher128, SipHasher13};
+
+use super::state::{Frame, State};
+use crate::{
+    calib::{calibrate::Options, camera::Model, detect, observation::FrameId, report::Settings, target::Unit},
+    job::{
+        Job, Key, Request,
+        assemble::Entry,
+        evidence::{Case, Known},
+    },
+};
+
+/// Longer side of thumbnails, px: sharp at twice the size in which they are listed.
+const THUMBNAIL_PX: u32 = 192;
+/// While pictures are read, a new calibration waits until there are this many times as many as in the last.
+const GROWTH: f64 = 1.3;
+
+/// What a key stands for; it is the key's first byte.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// What is seen in a picture.
+    Inspect(FrameId),
+    /// The calibration.
+    Evidence,
+    /// The selected picture.
+    Look,
+    /// The selected picture, straightened.
+    Straight,
+}
+
+impl Kind {
+    /// Of a key; none for a foreign one.
+    pub fn of(key: Key) -> Option<Self> {
+        match key.0 >> 120 {
+            1 => Some(Self::Inspect(FrameId(key.0 as u32))),
+            2 => Some(Self::Evidence),
+            3 => Some(Self::Look),
+            4 => Some(Self::Straight),
+            _ => None,
+        }
+    }
+
+    /// A key of this kind with this content.
+    const fn key(self, content: u128) -> Key {
+        let (kind, content) = match self {
+            Self::Inspect(id) => (1, id.0 as u128),
+            Self::Evidence => (2, content),
+            Self::Look => (3, content),
+            Self::Straight => (4, content),
+        };
+        Key((kind << 120) | (content & (u128::MAX >> 8)))
+    }
+}
+
+/// A calibration that was asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Asked {
+    /// What it is made from.
+    pub key: Key,
+    /// The picture at each position.
+    pub ids: Vec<FrameId>,
+    /// Whether all pictures had been looked at.
+    pub complete: bool,
+}
+
+/// What is wanted now.
+#[derive(Debug, Default)]
+pub struct Plan {
+    /// Someone waits for these: before all others.
+    pub first: Vec<Request>,
+    /// In this order.
+    pub then: Vec<Request>,
+}
+
+impl State {
+    /// Everything that is wanted and not there.
+    pub fn plan(&mut self) -> Plan {
+        let mut plan = Plan::default();
+        plan.first.extend(self.look());
+        plan.first.extend(self.straight());
+        plan.first.extend(self.evidence());
+        if !self.data.stopped {
+            let missing = |f: &&Frame| !self.data.inspections.contains_key(&f.id);
+            plan.then.extend(self.doc.frames.iter().filter(missing).map(|frame| Request {
+                key: Kind::Inspect(frame.id).key(0),
+                job: Job::Inspect {
+                    source: frame.source.clone(),
+                    options: detect::Options::default(),
+                    thumbnail_px: THUMBNAIL_PX,
+                },
+            }));
+        }
+        plan
+    }
+
+    fn look(&self) -> Option<Request> {
+        let id = self.selected()?;
+        let key = Kind::Look.key(u128::from(id.0));
+        if self.data.look.as_ref().is_some_and(|l| l.key == key) {
+            return None;
+        }
+        Some(Request { key, job: Job::Look { source: self.doc.frame(id)?.source.clone() } })
+    }
+
+    fn straight(&self) -> Option<Request> {
+        let id = self.selected()?;
+        let (answer, solution) = self.data.solved()?;
+        // A straightened picture for every partial result would be thrown away at once.
+        if !answer.complete && self.data.straight.is_some() {
+            return None;
+        }
+        // A picture of another size is not this camera's.
+        if answer.frame(id)?.image_size_px != Some(solution.camera.size_px) {
+            return None;
+        }
+        let mut hash = SipHasher13::new();
+        (id, self.doc.alpha.to_bits(), solution.camera.model).hash(&mut hash);
+        solution.camera.params.iter().for_each(|p| p.to_bits().hash(&mut hash));
+        let key = Kind::Straight.key(hash.finish128().into());
+        if self.data.straight.as_ref().is_some_and(|s| s.key == key) {
+            return None;
+        }
+        let source = self.doc.frame(id)?.source.clone();
+        Some(Request { key, job: Job::Straighten { source, camera: solution.camera.clone(), alpha: self.doc.alpha } })
+    }
+
+    fn evidence(&mut self) -> Option<Request> {
+        let key = evidence_key(self)?;
+        let have = self.data.answer.as_deref();
+        if have.is_some_and(|a| a.key == key) {
+            return None;
+        }
+        let complete = self.waiting() == 0 || self.data.stopped;
+        let seen = self.doc.frames.len() - self.waiting();
+        let last = have.map_or(0, |a| a.ids.len());
+        if !complete && (seen < 3 || (seen > last && (seen as f64) < last as f64 * GROWTH)) {
+            return None;
+        }
+        let frames = || self.doc.frames.iter().filter(|f| self.data.inspections.contains_key(&f.id));
+        let ids: Vec<FrameId> = frames().map(|f| f.id).collect();
+        let case = case(self, &ids);
+        self.data.asked = Some(Asked { key, ids, complete });
+        Some(Request { key, job: Job::Evidence(Box::new(case)) })
+    }
+}
+
+/// What the calibration should be made from; none without pictures that were looked at.
+pub fn evidence_key(state: &State) -> Option<Key> {
+    let doc = &state.doc;
+    let mut hash = SipHasher13::new();
+    let mut any = false;
+    for frame in doc.frames.iter() {
+        if state.data.inspections.contains_key(&frame.id) {
+            any = true;
+            (frame.id, doc.excluded.contains(&frame.id)).hash(&mut hash);
+        }
+    }
+    (doc.board, doc.model, doc.loss, doc.weights).hash(&mut hash);
+    for fix in &doc.fixed {
+        fix.to_string().hash(&mut hash);
+    }
+    if let Some(square) = doc.square {
+        (square.value.to_bits(), square.unit.name()).hash(&mut hash);
+    }
+    for (id, index) in doc.dropped.iter() {
+        (1u8, id, index).hash(&mut hash);
+    }
+    any.then(|| Kind::Evidence.key(hash.finish128().into()))
+}
+
+fn case(state: &State, ids: &[FrameId]) -> Case {
+    let doc = &state.doc;
+    let position = |id: FrameId| ids.binary_search(&id).ok();
+    let entry = |id: &FrameId| {
+        let name = doc.frame(*id).map(|f| f.source.name()).unwrap_or_default();
+        let seen = state.data.inspections.get(id).cloned();
+        let seen = seen.map(|s| s.map(|i| Arc::unwrap_or_clone(i).without_thumbnail()));
+        Entry::inspected(name, seen.unwrap_or(Err(crate::calib::Error::Stopped)))
+    };
+    let (mut square, mut unit) = doc.square.map_or((1.0, Unit::Squares), |s| (s.value, s.unit));
+    let truth = doc.scene().map(|scene| scene.truth());
+    if let (None, Some(truth)) = (doc.square, &truth) {
+        (square, unit) = (truth.square, truth.unit);
+    }
+    let settings = Settings { square, unit, ..Settings::default() };
+    Case {
+        board: doc.board,
+        models: doc.model.map_or_else(|| Model::ALL.to_vec(), |m| vec![m]),
+        truth: truth.map(|t| Known { file: "scene".to_owned(), camera: t.camera.clone(), scene: Some(t) }),
+        options: Options {
+            fixed: doc.fixed.clone(),
+            loss: doc.loss,
+            weights: doc.weights,
+            ..Options::default()
+        },
+        excluded: doc.excluded.iter().filter_map(|id| position(*id)).collect(),
+        dropped: doc.dropped.iter().filter_map(|(id, index)| Some((position(*id)?, *index))).collect(),
+        ..Case::new(ids.iter().map(entry).collect(), settings)
+    }
+}
+
+/// The key of a picture that is looked at.
+pub const fn look_key(id: FrameId) -> Key {
+    Kind::Look.key(id.0 as u128)
+}

@@ -1,0 +1,202 @@
+//! What is on the screen: not saved with a session, not undone.
+
+use serde::{Deserialize, Serialize};
+
+use super::{panels::Tile, state::Notice};
+use crate::calib::observation::FrameId;
+
+/// What is drawn over a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Layers {
+    /// Detected corners.
+    pub corners: bool,
+    /// Their order on the board.
+    pub order: bool,
+    /// Projected corners and residuals.
+    pub reprojected: bool,
+    /// The lens taken out.
+    pub straightened: bool,
+}
+
+impl Default for Layers {
+    fn default() -> Self {
+        Self { corners: true, order: false, reprojected: true, straightened: false }
+    }
+}
+
+/// How the picture list is sorted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Sort {
+    /// By name, as opened.
+    #[default]
+    Name,
+    /// Largest mean error first.
+    Error,
+    /// Strongest tilt first.
+    Tilt,
+    /// Most corners first.
+    Corners,
+}
+
+impl Sort {
+    /// All, in the order of the menu.
+    pub const ALL: [Self; 4] = [Self::Name, Self::Error, Self::Tilt, Self::Corners];
+
+    /// As shown.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Name => "Name",
+            Self::Error => "Error",
+            Self::Tilt => "Tilt",
+            Self::Corners => "Corners",
+        }
+    }
+}
+
+/// Which pictures are listed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Filter {
+    /// All.
+    #[default]
+    All,
+    /// Those that the calibration uses.
+    Used,
+    /// Those that it does not use.
+    Aside,
+    /// Those above the threshold.
+    Above,
+}
+
+impl Filter {
+    /// All, in the order of the menu.
+    pub const ALL: [Self; 4] = [Self::All, Self::Used, Self::Aside, Self::Above];
+
+    /// As shown.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::All => "All pictures",
+            Self::Used => "Used",
+            Self::Aside => "Set aside",
+            Self::Above => "Above the threshold",
+        }
+    }
+}
+
+/// Where a picture is looked at from; none in [`Screen::view`] shows all of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Points of the screen for one pixel of the picture.
+    pub zoom: f64,
+    /// The pixel in the middle of the panel.
+    pub center_px: [f64; 2],
+}
+
+/// How the 3-D view is turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orbit {
+    /// About the vertical, rad.
+    pub yaw: f64,
+    /// Above the horizon, rad.
+    pub pitch: f64,
+    /// Nearer is larger; 1 shows everything.
+    pub zoom: f64,
+    /// Whether boards hang around one camera, or cameras around one board.
+    pub board_centric: bool,
+}
+
+impl Default for Orbit {
+    fn default() -> Self {
+        Self { yaw: -0.6, pitch: 0.35, zoom: 1.0, board_centric: false }
+    }
+}
+
+/// What part of an export is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ExportPart {
+    /// The camera file.
+    #[default]
+    Camera,
+    /// Straightened pictures and figures.
+    Pictures,
+    /// The report.
+    Report,
+}
+
+/// A dialog over the window.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Dialog {
+    /// Export, with the part and the name of the format.
+    Export {
+        /// What is exported.
+        part: ExportPart,
+        /// Index in `format::FORMATS`, or one past the end for the Python snippet.
+        format: usize,
+    },
+    /// Keyboard shortcuts.
+    Shortcuts,
+    /// A board to print.
+    Board,
+}
+
+/// Everything that is shown and not saved with a session.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Screen {
+    /// The one selection, shared by all panels.
+    pub selected: Option<FrameId>,
+    /// Index of the selected corner on the board.
+    pub corner: Option<u32>,
+    /// What is in the centre.
+    pub center: Tile,
+    /// The page of each tile that is shown in the centre, in the order of [`super::panels::PANELS`].
+    pub pages: [usize; 5],
+    /// What is drawn over pictures.
+    pub layers: Layers,
+    /// How much longer residuals are drawn.
+    pub times: f64,
+    /// Whether all pictures are shown at once.
+    pub sheet: bool,
+    /// Where the picture is looked at from.
+    pub view: Option<View>,
+    /// Of the list.
+    pub sort: Sort,
+    /// Of the list.
+    pub filter: Filter,
+    /// Whether bars show the RMS; otherwise the mean.
+    pub bars_rms: bool,
+    /// Where the swipe is, 0..=1 of the width.
+    pub swipe: f32,
+    /// Which component the displacement map shows: 0 Δx, 1 Δy, 2 length.
+    pub component: usize,
+    /// How the 3-D view is turned.
+    pub orbit: Orbit,
+    /// Whether *more* is unfolded in the answer.
+    pub more: bool,
+    /// What stands over the window.
+    pub dialog: Option<Dialog>,
+    /// What is to be told.
+    pub notice: Option<Notice>,
+}
+
+impl Default for Screen {
+    fn default() -> Self {
+        Self {
+            selected: None,
+            corner: None,
+            center: Tile::Picture,
+            pages: [0; 5],
+            layers: Layers::default(),
+            times: 100.0,
+            sheet: false,
+            view: None,
+            sort: Sort::default(),
+            filter: Filter::default(),
+            bars_rms: false,
+            swipe: 0.5,
+            component: 2,
+            orbit: Orbit::default(),
+            more: false,
+            dialog: None,
+            notice: None,
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! Sessions.
+
+/// Of session files.
+pub const EXTENSION: &str = "straightedge";

@@ -1,0 +1,237 @@
+//! What the application knows: what the user decided, what was computed from it, what is on the screen.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::{panels::Tile, plan::Asked, screen::Screen};
+use crate::{
+    calib::{
+        Error,
+        calibrate::{Fix, Loss, Weights},
+        camera::Model,
+        observation::FrameId,
+        report::{FrameReport, Report, Solution},
+        synth::Scene,
+        target::{BoardSize, Length},
+    },
+    job::{Inspection, Key, Source, evidence::Evidence, raster::Raster},
+};
+
+/// A picture that was opened.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Frame {
+    /// Never reused.
+    pub id: FrameId,
+    /// Where it comes from.
+    pub source: Source,
+}
+
+/// What the user decided. Cheap to clone; saved and undone as one value.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Document {
+    /// The pictures, in the order in which they were opened.
+    pub frames: Arc<Vec<Frame>>,
+    /// Inner corners; none finds them from the pictures.
+    pub board: Option<BoardSize>,
+    /// Edge of a square; none where it is not known.
+    pub square: Option<Length>,
+    /// Camera model; none takes the simplest that suffices.
+    pub model: Option<Model>,
+    /// Constraints on its parameters.
+    pub fixed: Vec<Fix>,
+    /// Loss of a residual.
+    pub loss: Loss,
+    /// Weights of the residuals.
+    pub weights: Weights,
+    /// Pictures that were set aside by hand.
+    pub excluded: Arc<BTreeSet<FrameId>>,
+    /// Corners that were dropped by hand: picture, index on the board.
+    pub dropped: Arc<BTreeSet<(FrameId, u32)>>,
+    /// How much of the picture a straightened one shows, 0..=1.
+    pub alpha: f64,
+    /// Error above which pictures are named, px.
+    pub threshold_px: f64,
+    /// The next picture's.
+    pub next_id: u32,
+}
+
+impl Default for Document {
+    fn default() -> Self {
+        Self {
+            frames: Arc::default(),
+            board: None,
+            square: None,
+            model: Some(Model::Brown5),
+            fixed: Vec::new(),
+            loss: Loss::default(),
+            weights: Weights::default(),
+            excluded: Arc::default(),
+            dropped: Arc::default(),
+            alpha: 0.5,
+            threshold_px: 1.0,
+            next_id: 0,
+        }
+    }
+}
+
+impl Document {
+    /// The scene, where all pictures are rendered from one: its truth is known.
+    pub fn scene(&self) -> Option<&Arc<Scene>> {
+        let Source::View { scene: first, .. } = &self.frames.first()?.source else { return None };
+        let same = |f: &Frame| matches!(&f.source, Source::View { scene, .. } if Arc::ptr_eq(scene, first) || scene == first);
+        self.frames.iter().all(same).then_some(first)
+    }
+
+    /// The picture with this number.
+    pub fn frame(&self, id: FrameId) -> Option<&Frame> {
+        // Numbers ascend.
+        self.frames.binary_search_by_key(&id, |f| f.id).ok().map(|i| &self.frames[i])
+    }
+}
+
+/// A calibration with its evidence, and the pictures that its positions stand for.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// Hash of what it was made from.
+    pub key: Key,
+    /// The picture at each position of the report.
+    pub ids: Vec<FrameId>,
+    /// The evidence.
+    pub evidence: Evidence,
+    /// Whether all pictures had been looked at.
+    pub complete: bool,
+}
+
+impl Answer {
+    /// The report.
+    pub fn report(&self) -> &Report {
+        &self.evidence.report
+    }
+
+    /// The camera, where there is one.
+    pub fn solution(&self) -> Option<&Solution> {
+        self.report().solution.as_ref()
+    }
+
+    /// What it says of a picture.
+    pub fn frame(&self, id: FrameId) -> Option<&FrameReport> {
+        self.position(id).map(|i| &self.report().frames[i])
+    }
+
+    /// Position of a picture in the report.
+    pub fn position(&self, id: FrameId) -> Option<usize> {
+        self.ids.binary_search(&id).ok()
+    }
+}
+
+/// A computed picture and what it was made from.
+#[derive(Clone, Debug)]
+pub struct Shown {
+    /// What it was made from.
+    pub key: Key,
+    /// The picture, or why there is none.
+    pub raster: Result<Arc<Raster>, Error>,
+}
+
+/// What was computed. Old values stay until new ones arrive.
+#[derive(Default)]
+pub struct Data {
+    /// What was seen in each picture.
+    pub inspections: BTreeMap<FrameId, Result<Arc<Inspection>, Error>>,
+    /// The calibration that is being made.
+    pub asked: Option<Asked>,
+    /// The calibration.
+    pub answer: Option<Arc<Answer>>,
+    /// The one before the last edit, shown as a ghost.
+    pub ghost: Option<Arc<Answer>>,
+    /// The last answers, so that undo costs nothing and gives the same bits.
+    pub kept: Vec<Arc<Answer>>,
+    /// The selected picture.
+    pub look: Option<Shown>,
+    /// The selected picture without its lens.
+    pub straight: Option<Shown>,
+    /// Whether the user stopped the reading of pictures.
+    pub stopped: bool,
+    /// Wall time from opening to the last answer, ms.
+    pub took_ms: Option<f64>,
+}
+
+impl Data {
+    /// The answer where it has a camera.
+    pub fn solved(&self) -> Option<(&Answer, &Solution)> {
+        let answer = self.answer.as_deref()?;
+        Some((answer, answer.solution()?))
+    }
+}
+
+/// Something to tell the user.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Notice {
+    /// In words, with the remedy.
+    pub text: String,
+    /// Whether something went wrong.
+    pub bad: bool,
+}
+
+/// Everything.
+#[derive(Default)]
+pub struct State {
+    /// What the user decided.
+    pub doc: Document,
+    /// Documents to go back to.
+    pub past: Vec<Document>,
+    /// Documents to go forward to.
+    pub future: Vec<Document>,
+    /// What was computed.
+    pub data: Data,
+    /// What is on the screen.
+    pub screen: Screen,
+    /// Counts changes; plans are made when it moves.
+    pub revision: u64,
+}
+
+impl State {
+    /// The selected picture, or the first used one where none was chosen.
+    pub fn selected(&self) -> Option<FrameId> {
+        let chosen = self.screen.selected.filter(|id| self.doc.frame(*id).is_some());
+        chosen.or_else(|| {
+            let used = self.data.answer.as_deref().and_then(|a| {
+                let i = a.report().frames.iter().position(|f| f.included)?;
+                a.ids.get(i).copied().filter(|id| self.doc.frame(*id).is_some())
+            });
+            used.or_else(|| self.doc.frames.first().map(|f| f.id))
+        })
+    }
+
+    /// Whether a picture takes part as far as the user decides.
+    pub fn is_excluded(&self, id: FrameId) -> bool {
+        self.doc.excluded.contains(&id)
+    }
+
+    /// Pictures that have not been looked at yet.
+    pub fn waiting(&self) -> usize {
+        self.doc.frames.iter().filter(|f| !self.data.inspections.contains_key(&f.id)).count()
+    }
+
+    /// Whether a tile is in the centre.
+    pub fn is_center(&self, tile: Tile) -> bool {
+        self.screen.center == tile
+    }
+
+    /// The name of a picture without its extension.
+    pub fn name(&self, id: FrameId) -> String {
+        let name = self.doc.frame(id).map(|f| f.source.name()).unwrap_or_default();
+        short_name(&name).to_owned()
+    }
+}
+
+/// A file name without folders and extension.
+pub fn short_name(path: &str) -> &str {
+    let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
+    name.rsplit_once('.').map_or(name, |(stem, _)| if stem.is_empty() { name } else { stem })
+}

@@ -1,0 +1,394 @@
+//! The answer: verdict, numbers, findings, camera.
+
+use egui::{Align2, Color32, Sense, Stroke, Ui, pos2, vec2};
+
+use crate::{
+    app::{
+        action::Command,
+        cx::Cx,
+        panels::Tile,
+        state::Answer,
+        style::font,
+        widgets::{button, caption, certainty, level, minus, named, text, value_sigma},
+    },
+    calib::{
+        calibrate::Fix,
+        diagnose::{self, Finding, Level, Remedy, Show},
+        number::significant,
+        report::Solution,
+    },
+};
+
+/// Draws the panel.
+pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let t = cx.t;
+    let Some(answer) = cx.state.data.answer.clone() else {
+        let reading = if cx.state.data.stopped { "Stopped before a camera was found." } else { "Looking for boards…" };
+        ui.add_space(4.0);
+        ui.label(text(reading, font::semibold(font::LEAD), t.text2));
+        return;
+    };
+    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        ui.spacing_mut().item_spacing.y = 0.0;
+        verdict(cx, ui, &answer);
+        if let Some(solution) = answer.solution() {
+            numbers(cx, ui, &answer, solution);
+        }
+        for finding in diagnose::findings(answer.report()).iter().take(3) {
+            separator(ui, t);
+            one(cx, ui, &answer, finding);
+        }
+        if let Some(solution) = answer.solution() {
+            separator(ui, t);
+            camera(cx, ui, solution);
+        }
+    });
+}
+
+fn separator(ui: &mut Ui, t: &crate::app::style::Tokens) {
+    ui.add_space(8.0);
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 1.0), Sense::hover());
+    ui.painter().hline(rect.x_range(), rect.center().y, Stroke::new(1.0, t.line));
+    ui.add_space(8.0);
+}
+
+fn verdict(cx: &Cx<'_>, ui: &mut Ui, answer: &Answer) {
+    let t = cx.t;
+    let verdict = diagnose::verdict(answer.report());
+    let (glyph, color) = level(t, verdict.level);
+    ui.horizontal_top(|ui| {
+        ui.label(text(glyph, font::fill(20.0), color));
+        ui.add_space(4.0);
+        ui.vertical(|ui| {
+            ui.label(text(minus(verdict.sentence), font::semibold(font::LEAD), t.ink));
+            if answer.solution().is_some() {
+                ui.add_space(2.0);
+                let alone = format!("RMS alone would have said: {}.", verdict.rms_alone);
+                ui.label(text(alone, font::regular(font::SMALL), t.text3));
+            }
+        });
+    });
+    ui.add_space(10.0);
+}
+
+fn numbers(cx: &Cx<'_>, ui: &mut Ui, answer: &Answer, solution: &Solution) {
+    let t = cx.t;
+    let used = answer.report().included().count();
+    let tone = |px: Option<f64>| match px {
+        Some(px) if px <= 1.0 => t.ink,
+        Some(px) if px <= 20.0 => t.warn,
+        _ => t.bad,
+    };
+    let u = &solution.uncertainty;
+    let cells = [
+        (certainty(u.center_px), "px at centre", tone(u.center_px), "How far the place of a point in the middle of the picture would scatter if you calibrated again, 1 σ"),
+        (certainty(u.worst_corner_px), "px at corner", tone(u.worst_corner_px), "The same in the worst of the four corners of the picture"),
+        (significant(solution.rms_px, 3), "px RMS fit", t.ink, "Root mean square of the distances between detected and projected corners. It says how well the corners fit, not how good the camera is"),
+        (used.to_string(), "used", t.ink, "Pictures that the calibration uses"),
+    ];
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 42.0), Sense::hover());
+    let widths = [0.27, 0.27, 0.265, 0.195];
+    let mut x = rect.left();
+    for (k, (number, what, color, help)) in cells.into_iter().enumerate() {
+        let what = if k == 3 { format!("of {} used", answer.report().frames.len()) } else { what.to_owned() };
+        let part = egui::Rect::from_min_size(pos2(x, rect.top()), vec2(rect.width() * widths[k], rect.height()));
+        let response = ui.interact(part, ui.scope_id().with(("number", k)), Sense::hover()).on_hover_text(help);
+        named(&response, egui::Role::Label, true, &format!("{number} {what}"));
+        ui.painter().text(part.left_top(), Align2::LEFT_TOP, &number, font::medium(font::NUMBER), color);
+        let at = part.left_top() + vec2(0.0, 26.0);
+        ui.painter().text(at, Align2::LEFT_TOP, &what, font::regular(font::CAPTION), t.text3);
+        x += part.width();
+    }
+}
+
+fn one(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer, finding: &Finding) {
+    let t = cx.t;
+    let (glyph, color) = level(t, finding.level);
+    ui.horizontal_top(|ui| {
+        let icons = if finding.level == Level::Info { font::regular(14.0) } else { font::fill(14.0) };
+        ui.label(text(glyph, icons, color));
+        ui.add_space(2.0);
+        ui.vertical(|ui| {
+            ui.spacing_mut().item_spacing.y = 2.0;
+            ui.label(text(minus(finding.title.as_str()), font::medium(font::BODY), t.ink));
+            ui.label(text(minus(finding.text.as_str()), font::regular(font::SMALL), t.text2));
+            ui.add_space(3.0);
+            ui.horizontal(|ui| {
+                if button(ui, t, "", "Show", 22.0).clicked() {
+                    evidence(cx, answer, finding.show);
+                }
+                if let Some(remedy) = &finding.remedy
+                    && button(ui, t, "", &remedy.label(), 22.0).clicked()
+                {
+                    mend(cx, answer, remedy);
+                }
+            });
+        });
+    });
+}
+
+fn evidence(cx: &mut Cx<'_>, answer: &Answer, show: Show) {
+    let ids = &answer.ids;
+    cx.show(|s| {
+        s.center = match show {
+            Show::Picture(_) | Show::Pictures => Tile::Picture,
+            Show::Errors => Tile::Errors,
+            Show::Coverage => Tile::Coverage,
+            Show::Lens => Tile::Lens,
+            Show::Poses => Tile::Poses,
+        };
+        s.sheet = show == Show::Pictures;
+        if let Show::Picture(position) = show {
+            s.selected = ids.get(position).copied();
+        }
+    });
+}
+
+fn mend(cx: &mut Cx<'_>, answer: &Answer, remedy: &Remedy) {
+    match remedy {
+        Remedy::Hold(names) => cx.edit(|d| {
+            for name in names {
+                if !d.fixed.iter().any(|f| matches!(f, Fix::Hold(n) | Fix::Value(n, _) if n == name)) {
+                    d.fixed.push(Fix::Hold(name.clone()));
+                }
+            }
+        }),
+        Remedy::SetAside(positions) => cx.edit(|d| {
+            let mut excluded = d.excluded.as_ref().clone();
+            excluded.extend(positions.iter().filter_map(|p| answer.ids.get(*p)));
+            d.excluded = std::sync::Arc::new(excluded);
+        }),
+        Remedy::AddPictures => cx.ask(Command::PickPictures),
+        Remedy::Model(model) => cx.edit(|d| d.model = Some(*model)),
+    }
+}
+
+fn camera(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
+    let t = cx.t;
+    ui.horizontal(|ui| {
+        ui.label(text("Camera", font::semibold(font::BODY), t.ink));
+        ui.label(text(solution.camera.spec().title, font::regular(font::SMALL), t.text3));
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            let more = cx.state.screen.more;
+            let glyph = if more { "less" } else { "more" };
+            let response = ui.add(egui::Button::new(text(glyph, font::regular(font::SMALL), t.text2)).fill(Color32::TRANSPARENT));
+            if response.clicked() {
+                cx.show(|s| s.more = !more);
+            }
+        });
+    });
+    ui.add_space(4.0);
+    let params = solution.camera.spec().params;
+    let ghost = cx.state.data.ghost.clone();
+    for (i, param) in params.iter().enumerate() {
+        let value = solution.camera.params[i];
+        let sigma = solution.sigma.iter().find(|(n, _)| *n == param.name).and_then(|(_, s)| *s);
+        let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 19.0), Sense::click());
+        let painter = ui.painter();
+        let y = rect.center().y;
+        let small = || font::regular(font::BODY);
+        painter.text(pos2(rect.left(), y), Align2::LEFT_CENTER, param.name, small(), t.text2);
+        let [shown, bound] = match sigma {
+            Some(sigma) => value_sigma(value, sigma),
+            None => [minus(significant_signed(value)), String::new()],
+        };
+        // Points stand below each other.
+        let (whole, rest) = shown.split_once('.').map_or((shown.as_str(), String::new()), |(w, r)| (w, format!(".{r}")));
+        let point = rect.left() + 66.0;
+        painter.text(pos2(point, y), Align2::RIGHT_CENTER, whole, small(), t.ink);
+        painter.text(pos2(point, y), Align2::LEFT_CENTER, rest, small(), t.ink);
+        let uncertain = i >= 4 && sigma.is_some_and(|s| value.abs() < 2.0 * s);
+        if sigma.is_some() {
+            painter.text(pos2(rect.left() + 118.0, y), Align2::LEFT_CENTER, format!("± {bound}"), small(), t.text2);
+        } else {
+            painter.text(pos2(rect.left() + 118.0, y), Align2::LEFT_CENTER, "held", small(), t.text3);
+        }
+        let right = pos2(rect.right(), y);
+        let moved = ghost.as_deref().and_then(|g| {
+            let before = g.solution()?;
+            let old = before.camera.get(param.name)?;
+            let sigma = sigma.or_else(|| before.sigma.iter().find(|(n, _)| *n == param.name).and_then(|(_, s)| *s))?;
+            ((value - old).abs() > 0.05 * sigma).then(|| minus(format!("{:+}", Rounded(value - old, sigma))))
+        });
+        if let Some(moved) = moved {
+            painter.text(right, Align2::RIGHT_CENTER, format!("Δ {moved}"), font::regular(font::SMALL), t.text3);
+        } else if uncertain {
+            let drawn = painter.text(right, Align2::RIGHT_CENTER, "not certain", font::regular(font::SMALL), t.text2);
+            painter.circle_filled(pos2(drawn.left() - 7.0, y), 3.0, t.warn);
+        } else if param.unit == "px" {
+            painter.text(right, Align2::RIGHT_CENTER, "px", font::regular(font::CAPTION), t.text3);
+        }
+        named(&response, egui::Role::Label, true, &format!("{} {shown} ± {bound}", param.name));
+        response.on_hover_text(meaning(param.name));
+    }
+    if cx.state.screen.more {
+        more(cx, ui, solution);
+    }
+}
+
+/// A difference, rounded to the σ of its value.
+struct Rounded(f64, f64);
+
+impl std::fmt::Display for Rounded {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [value, _] = crate::calib::number::with_sigma(self.0, self.1);
+        if self.0 >= 0.0 && f.sign_plus() { write!(f, "+{value}") } else { f.write_str(&value) }
+    }
+}
+
+fn significant_signed(value: f64) -> String {
+    let sign = if value < 0.0 { "-" } else { "" };
+    format!("{sign}{}", significant(value.abs(), 5))
+}
+
+/// What a parameter means, in plain words.
+fn meaning(name: &str) -> &'static str {
+    match name {
+        "fx" => "Focal length in widths of a pixel: how many px one unit to the side moves at distance one",
+        "fy" => "Focal length in heights of a pixel; equal to fx where pixels are square",
+        "cx" => "Where the optical axis meets the picture, px from the centre of the first column",
+        "cy" => "Where the optical axis meets the picture, px from the centre of the first row",
+        "k1" => "Radial distortion: negative bends lines outwards like a barrel, positive inwards like a pincushion",
+        "k2" => "Radial distortion further out, with the fourth power of the distance from the axis",
+        "k3" => "Radial distortion at the very edge, with the sixth power: often not determined",
+        "p1" => "Tangential distortion: the lens is tilted about the horizontal axis",
+        "p2" => "Tangential distortion: the lens is tilted about the vertical axis",
+        _ => "",
+    }
+}
+
+/// Fix toggles, truth, correlation, the way to the solution.
+fn more(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
+    let t = cx.t;
+    ui.add_space(8.0);
+    ui.label(text("Hold", font::semibold(font::SMALL), t.ink));
+    ui.add_space(4.0);
+    ui.horizontal_wrapped(|ui| {
+        for param in solution.camera.spec().params.iter().skip(2) {
+            let held = cx.state.doc.fixed.iter().any(|f| matches!(f, Fix::Hold(n) | Fix::Value(n, _) if n == param.name));
+            let mut on = held;
+            if ui.checkbox(&mut on, param.name).changed() {
+                cx.edit(|d| {
+                    d.fixed.retain(|f| !matches!(f, Fix::Hold(n) | Fix::Value(n, _) if n == param.name));
+                    if on {
+                        d.fixed.push(Fix::Hold(param.name.to_owned()));
+                    }
+                });
+            }
+        }
+        let tie = Fix::Tie("fx".to_owned(), "fy".to_owned());
+        let mut on = cx.state.doc.fixed.contains(&tie);
+        if ui.checkbox(&mut on, "fx = fy").changed() {
+            cx.edit(|d| {
+                d.fixed.retain(|f| *f != tie);
+                if on {
+                    d.fixed.push(tie.clone());
+                }
+            });
+        }
+    });
+    if !solution.truth.is_empty() {
+        ui.add_space(8.0);
+        ui.label(text("Against the truth", font::semibold(font::SMALL), t.ink));
+        ui.add_space(4.0);
+        egui::Grid::new("truth").num_columns(5).spacing(vec2(10.0, 3.0)).show(ui, |ui| {
+            for head in ["", "truth", "off by", "%", "σ"] {
+                caption(ui, t, head);
+            }
+            ui.end_row();
+            for c in &solution.truth {
+                let small = |s: String| text(s, font::regular(font::SMALL), t.text2);
+                ui.label(small(c.name.clone()));
+                ui.label(small(minus(significant_signed(c.truth))));
+                ui.label(small(significant(c.absolute, 2)));
+                ui.label(small(c.relative.map(|r| significant(100.0 * r, 2)).unwrap_or_default()));
+                ui.label(small(c.in_sigma.map(|s| format!("{s:.1}")).unwrap_or_default()));
+                ui.end_row();
+            }
+        });
+    }
+    ui.add_space(8.0);
+    correlation(cx, ui, solution);
+    ui.add_space(8.0);
+    ui.label(text("The way there", font::semibold(font::SMALL), t.ink));
+    ui.add_space(4.0);
+    let small = |s: String| text(s, font::regular(font::SMALL), t.text2);
+    if let Some(first) = &solution.closed_form.camera {
+        let [fx, fy, cx0, cy0] = first.intrinsics();
+        ui.label(small(format!("Zhang's closed form: fx {fx:.1}, fy {fy:.1}, cx {cx0:.1}, cy {cy0:.1} px")));
+        if let Some(rms) = solution.closed_form.rms_px {
+            ui.label(small(format!("Its RMS before the refinement: {} px", significant(rms, 3))));
+        }
+    }
+    ui.label(small(format!("{} of {} starts agree", solution.starts.agreeing, solution.starts.tried)));
+    ui.label(small(format!("Stopped after {} steps: {}", solution.iterations, stopped(solution))));
+    steps(cx, ui, solution);
+}
+
+fn stopped(solution: &Solution) -> &'static str {
+    use crate::calib::solution::Termination;
+    match solution.termination {
+        Termination::CostConverged => "the error no longer falls",
+        Termination::StepConverged => "the step is below rounding",
+        Termination::GradientConverged => "the gradient vanishes",
+        Termination::IterationLimit => "too many steps, not at an optimum",
+        Termination::Stuck => "no better point was found, not at an optimum",
+    }
+}
+
+/// RMS over the steps, logarithmic.
+fn steps(cx: &Cx<'_>, ui: &mut Ui, solution: &Solution) {
+    let t = cx.t;
+    let values: Vec<f64> = solution.steps.iter().filter(|s| s.accepted).map(|s| s.rms_px.max(1e-12).log10()).collect();
+    if values.len() < 2 {
+        return;
+    }
+    ui.add_space(4.0);
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 60.0), Sense::hover());
+    named(&response, egui::Role::Image, true, "RMS of each step");
+    let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+    let span = (high - low).max(1e-9);
+    let points = values.iter().enumerate().map(|(i, v)| {
+        let x = rect.left() + 2.0 + (rect.width() - 60.0) * i as f32 / (values.len() - 1) as f32;
+        pos2(x, rect.bottom() - 4.0 - (rect.height() - 8.0) * ((v - low) / span) as f32)
+    });
+    let points: Vec<_> = points.collect();
+    for (at, value) in [(points[0], values[0]), (points[points.len() - 1], values[values.len() - 1])] {
+        let label = format!("{} px", significant(10f64.powf(value), 2));
+        let (at, anchor) = if at == points[0] { (at + vec2(6.0, 0.0), Align2::LEFT_CENTER) } else { (at + vec2(6.0, -1.0), Align2::LEFT_CENTER) };
+        ui.painter().text(at, anchor, label, font::regular(font::CAPTION), t.text3);
+    }
+    ui.painter().add(egui::Shape::line(points, Stroke::new(1.5, t.ink)));
+}
+
+/// Correlation of the parameters as a matrix of colours with numbers.
+fn correlation(cx: &Cx<'_>, ui: &mut Ui, solution: &Solution) {
+    let t = cx.t;
+    let names: Vec<&str> = solution.camera.spec().params.iter().map(|p| p.name).collect();
+    let n = names.len();
+    ui.label(text("Correlation", font::semibold(font::SMALL), t.ink));
+    ui.add_space(4.0);
+    let left = 22.0;
+    let side = ((ui.available_width() - left) / n as f32).min(30.0);
+    let (rect, response) = ui.allocate_exact_size(vec2(left + side * n as f32, 16.0 + 18.0 * n as f32), Sense::hover());
+    named(&response, egui::Role::Image, true, "Correlation of the parameters");
+    for i in 0..n {
+        let y = rect.top() + 16.0 + 18.0 * i as f32;
+        ui.painter().text(pos2(rect.left(), y + 9.0), Align2::LEFT_CENTER, names[i], font::regular(10.0), t.text3);
+        let x = rect.left() + left + side * (i as f32 + 0.5);
+        ui.painter().text(pos2(x, rect.top() + 7.0), Align2::CENTER_CENTER, names[i], font::regular(10.0), t.text3);
+        for j in 0..n {
+            let [a, b] = [solution.covariance[(i, i)], solution.covariance[(j, j)]];
+            let r = if a > 0.0 && b > 0.0 { solution.covariance[(i, j)] / (a * b).sqrt() } else { 0.0 };
+            let cell = egui::Rect::from_min_size(pos2(rect.left() + left + side * j as f32, y), vec2(side - 1.0, 17.0));
+            let color = crate::app::style::signed(t, r);
+            ui.painter().rect_filled(cell, 0.0, color);
+            if i != j && r.abs() >= 0.3 {
+                let light = color.r() as u32 * 3 + color.g() as u32 * 6 + color.b() as u32 > 1400;
+                let ink = if light { Color32::from_gray(20) } else { Color32::from_gray(240) };
+                ui.painter().text(cell.center(), Align2::CENTER_CENTER, minus(format!("{:.0}", 100.0 * r)), font::regular(10.0), ink);
+            }
+        }
+    }
+    caption(ui, t, "per cent; a pair near ±100 is known only together");
+}

@@ -1,0 +1,308 @@
+//! The list of pictures: what is used, what is set aside and why.
+
+use std::sync::Arc;
+
+use egui::{Align2, Color32, Pos2, Rect, RichText, Sense, Stroke, Ui, pos2, vec2};
+
+use crate::{
+    app::{
+        cx::Cx,
+        screen::{Filter, Sort},
+        state::{State, short_name},
+        style::{Tokens, font, icon},
+        widgets::{icon_button, named, text},
+    },
+    calib::{observation::FrameId, report::FrameState},
+    job::evidence::SET_ASIDE_BY_HAND,
+};
+
+/// Height of a row.
+const ROW: f32 = 44.0;
+
+/// One line of the list, as text: what a test reads.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The picture.
+    pub id: FrameId,
+    /// Its name.
+    pub name: String,
+    /// Whether the calibration uses it.
+    pub used: bool,
+    /// Whether the user set it aside.
+    pub excluded: bool,
+    /// Corners, mean error, largest error, tilt; empty where not known.
+    pub numbers: [String; 4],
+    /// One word about it.
+    pub badge: Option<(&'static str, bool)>,
+    /// Why it is not used.
+    pub why: String,
+    /// By what it is sorted.
+    mean: f64,
+    tilt: f64,
+    corners: usize,
+}
+
+/// Rows in the order and with the filter of the screen.
+pub fn rows(state: &State) -> Vec<Row> {
+    let answer = state.data.answer.as_deref();
+    let mut rows: Vec<Row> = state
+        .doc
+        .frames
+        .iter()
+        .map(|frame| {
+            let name = short_name(&frame.source.name()).to_owned();
+            let excluded = state.is_excluded(frame.id);
+            let mut row = Row {
+                id: frame.id,
+                name,
+                used: false,
+                excluded,
+                numbers: Default::default(),
+                badge: None,
+                why: String::new(),
+                mean: 0.0,
+                tilt: 0.0,
+                corners: 0,
+            };
+            let Some(report) = answer.and_then(|a| a.frame(frame.id)) else {
+                row.why = match state.data.inspections.get(&frame.id) {
+                    Some(Err(error)) => error.to_string(),
+                    Some(Ok(_)) => String::new(),
+                    None => "not read yet".to_owned(),
+                };
+                return row;
+            };
+            row.used = report.included;
+            row.corners = report.corners.len();
+            let n = report.residuals_px.len().max(1) as f64;
+            row.mean = report.errors_px().sum::<f64>() / n;
+            row.tilt = report.tilt_rad.unwrap_or(0.0);
+            if row.corners > 0 {
+                row.numbers[0] = row.corners.to_string();
+            }
+            if report.included {
+                row.numbers[1] = format!("{:.2}", row.mean);
+                row.numbers[2] = report.max_px.map(|m| format!("{m:.2}")).unwrap_or_default();
+                row.numbers[3] = format!("{:.0}°", row.tilt.to_degrees());
+                row.badge = match (report.outliers.len(), report.state) {
+                    (0, FrameState::Partial) => Some(("partial", false)),
+                    (0, _) => None,
+                    (1, _) => Some(("1 outlier", true)),
+                    _ => Some(("outliers", true)),
+                };
+            } else {
+                row.why.clone_from(&report.why);
+                if excluded {
+                    SET_ASIDE_BY_HAND.clone_into(&mut row.why);
+                }
+            }
+            row
+        })
+        .collect();
+    let threshold = state.doc.threshold_px;
+    rows.retain(|row| match state.screen.filter {
+        Filter::All => true,
+        Filter::Used => row.used,
+        Filter::Aside => !row.used,
+        Filter::Above => row.used && row.mean > threshold,
+    });
+    match state.screen.sort {
+        Sort::Name => {}
+        Sort::Error => rows.sort_by(|a, b| b.mean.total_cmp(&a.mean)),
+        Sort::Tilt => rows.sort_by(|a, b| b.tilt.total_cmp(&a.tilt)),
+        Sort::Corners => rows.sort_by_key(|r| std::cmp::Reverse(r.corners)),
+    }
+    // What is not used stands below what is.
+    rows.sort_by_key(|r| !r.used && !r.why.is_empty() && r.why != "not read yet");
+    rows
+}
+
+/// Draws head and list.
+pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let t = cx.t;
+    let rows = rows(cx.state);
+    head(cx, ui, &rows);
+    let first_aside = rows.iter().position(|r| !r.used && !r.why.is_empty() && r.why != "not read yet");
+    let lines = rows.len() + usize::from(first_aside.is_some_and(|f| f > 0));
+    ui.spacing_mut().item_spacing.y = 0.0;
+    let selected = cx.state.selected();
+    let scroll_to = ui.data_mut(|d| {
+        let id = egui::Id::unique("list selection");
+        let before = d.get_temp::<Option<FrameId>>(id).flatten();
+        d.insert_temp(id, selected);
+        (before != selected).then_some(selected).flatten()
+    });
+    let line_of = |i: usize| i + usize::from(first_aside.is_some_and(|f| f > 0 && i >= f));
+    let mut area = egui::ScrollArea::vertical().auto_shrink(false);
+    if let Some(i) = scroll_to.and_then(|id| rows.iter().position(|r| r.id == id)) {
+        let top = line_of(i) as f32 * ROW;
+        let id = egui::Id::unique("list offset");
+        let (offset, height) = ui.data(|d| d.get_temp::<(f32, f32)>(id)).unwrap_or((0.0, f32::MAX));
+        if top < offset {
+            area = area.vertical_scroll_offset(top);
+        } else if top + ROW > offset + height {
+            area = area.vertical_scroll_offset(top + ROW - height);
+        }
+    }
+    let out = area.show_rows(ui, ROW, lines, |ui, range| {
+        for line in range {
+            let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
+            match first_aside {
+                Some(f) if f > 0 && line == f => {
+                    let n = rows.len() - f;
+                    let at = pos2(rect.left() + 10.0, rect.bottom() - 14.0);
+                    ui.painter().text(at, Align2::LEFT_CENTER, "Set aside", font::semibold(font::SMALL), t.ink);
+                    let at = at + vec2(62.0, 0.0);
+                    ui.painter().text(at, Align2::LEFT_CENTER, n.to_string(), font::regular(font::SMALL), t.text3);
+                }
+                Some(f) if f > 0 && line > f => row(cx, ui, rect, &response, &rows[line - 1], selected),
+                _ => row(cx, ui, rect, &response, &rows[line], selected),
+            }
+        }
+    });
+    let place = (out.state.unclamped_offset().y, out.inner_rect.height());
+    ui.data_mut(|d| d.insert_temp(egui::Id::unique("list offset"), place));
+}
+
+fn head(cx: &mut Cx<'_>, ui: &mut Ui, rows: &[Row]) {
+    let t = cx.t;
+    ui.horizontal(|ui| {
+        ui.set_height(28.0);
+        ui.add_space(10.0);
+        ui.label(text("Pictures", font::semibold(font::BODY), t.ink));
+        let used = rows.iter().filter(|r| r.used).count();
+        let aside = rows.len() - used;
+        let waiting = cx.state.waiting();
+        let mut counts = format!("{used} used");
+        if aside > 0 && waiting == 0 {
+            counts += &format!(", {aside} aside");
+        }
+        ui.label(text(counts, font::regular(font::BODY), t.text3));
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.add_space(4.0);
+            let filter = icon_button(ui, t, icon::FUNNEL, "Filter", true);
+            egui::Popup::menu(&filter).show(|ui| {
+                for choice in Filter::ALL {
+                    if ui.selectable_label(cx.state.screen.filter == choice, choice.name()).clicked() {
+                        cx.show(|s| s.filter = choice);
+                    }
+                }
+            });
+            let label = RichText::new(format!("{}  {}", icon::SORT_UP, cx.state.screen.sort.name()));
+            let sort = ui.add(
+                egui::Button::new(label.font(font::regular(font::BODY)).color(t.text2)).fill(Color32::TRANSPARENT),
+            );
+            named(&sort, egui::Role::Button, true, "Sort");
+            egui::Popup::menu(&sort).show(|ui| {
+                for choice in Sort::ALL {
+                    if ui.selectable_label(cx.state.screen.sort == choice, choice.name()).clicked() {
+                        cx.show(|s| s.sort = choice);
+                    }
+                }
+            });
+        });
+    });
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 18.0), Sense::hover());
+    for (x, name) in columns(rect).into_iter().zip(["corners", "mean", "max px", "tilt"]) {
+        let at = pos2(x, rect.center().y);
+        ui.painter().text(at, Align2::RIGHT_CENTER, name, font::regular(font::CAPTION), t.text3);
+    }
+    ui.painter().hline(rect.x_range(), rect.bottom(), Stroke::new(1.0, t.line));
+}
+
+/// Right edges of the numbers.
+fn columns(rect: Rect) -> [f32; 4] {
+    let right = rect.right() - 10.0;
+    [right - 114.0, right - 79.0, right - 32.0, right]
+}
+
+fn row(cx: &mut Cx<'_>, ui: &mut Ui, rect: Rect, response: &egui::Response, row: &Row, selected: Option<FrameId>) {
+    let t = cx.t;
+    let is_selected = selected == Some(row.id);
+    let says = row.badge.map_or("", |b| b.0);
+    let name = format!("{} {says} {}", row.name, row.why);
+    response.widget_info(|| egui::WidgetInfo::selected(egui::Role::ListItem, true, is_selected, name.trim()));
+    if response.clicked() {
+        cx.select(row.id);
+    }
+    if !row.why.is_empty() {
+        response.clone().on_hover_text(&row.why);
+    }
+    let painter = ui.painter();
+    if is_selected {
+        painter.rect_filled(rect, 0.0, t.accent_fill);
+        painter.rect_filled(Rect::from_min_size(rect.min, vec2(2.0, ROW)), 0.0, t.accent);
+    } else if response.hovered() {
+        painter.rect_filled(rect, 0.0, t.ctl);
+    }
+    let quiet = !row.used;
+    let thumb = Rect::from_center_size(pos2(rect.left() + 55.0, rect.center().y), vec2(48.0, 36.0));
+    thumbnail(cx, ui, thumb, row.id, quiet);
+    let painter = ui.painter();
+    let ink = if quiet { t.text2 } else { t.ink };
+    let left = rect.left() + 87.0;
+    let badge_room = if row.badge.is_some() { 74.0 } else { 0.0 };
+    let text_clip = Rect::from_min_max(pos2(left, rect.top()), pos2(rect.right() - 8.0 - badge_room, rect.bottom()));
+    elided(painter, pos2(left, rect.top() + 13.0), text_clip.width(), &row.name, font::medium(font::BODY), ink);
+    if let Some((word, is_warning)) = row.badge {
+        let at = pos2(rect.right() - 10.0, rect.top() + 13.0);
+        let drawn = painter.text(at, Align2::RIGHT_CENTER, word, font::regular(font::SMALL), t.text2);
+        let color = if is_warning { t.warn } else { t.text3 };
+        painter.circle_filled(pos2(drawn.left() - 7.0, at.y), 3.0, color);
+    }
+    let y = rect.top() + 31.0;
+    if quiet && !row.why.is_empty() {
+        elided(painter, pos2(left, y), rect.right() - 10.0 - left, &row.why, font::regular(font::SMALL), t.text3);
+    } else {
+        for (x, number) in columns(rect).into_iter().zip(&row.numbers) {
+            painter.text(pos2(x, y), Align2::RIGHT_CENTER, number, font::regular(font::SMALL), t.text2);
+        }
+    }
+    eye(cx, ui, pos2(rect.left() + 15.0, rect.center().y), row);
+}
+
+/// One line, cut with … where it is too long.
+fn elided(painter: &egui::Painter, at: Pos2, width: f32, content: &str, font: egui::FontId, color: Color32) {
+    let mut job = egui::text::LayoutJob::simple_singleline(content.to_owned(), font, color);
+    job.wrap = egui::text::TextWrapping::truncate_at_width(width);
+    let galley = painter.layout_job(job);
+    painter.galley(at - vec2(0.0, galley.size().y / 2.0), galley, color);
+}
+
+fn eye(cx: &mut Cx<'_>, ui: &mut Ui, at: Pos2, row: &Row) {
+    let t = cx.t;
+    let rect = Rect::from_center_size(at, vec2(24.0, 26.0));
+    let response = ui.interact(rect, ui.scope_id().with(("eye", row.id.0)), Sense::click());
+    let name = format!("{} {}", if row.excluded { "Use" } else { "Set aside" }, row.name);
+    response.widget_info(|| egui::WidgetInfo::selected(egui::Role::CheckBox, true, !row.excluded, &name));
+    let color = if response.hovered() { t.ink } else { t.text3 };
+    let glyph = if row.excluded { icon::EYE_SLASH } else { icon::EYE };
+    ui.painter().text(at, Align2::CENTER_CENTER, glyph, font::regular(15.0), color);
+    let id = row.id;
+    if response.on_hover_text(name).clicked() {
+        cx.edit(|d| {
+            let mut excluded = d.excluded.as_ref().clone();
+            if !excluded.remove(&id) {
+                excluded.insert(id);
+            }
+            d.excluded = Arc::new(excluded);
+        });
+    }
+}
+
+/// A thumbnail, cut to its place.
+pub fn thumbnail(cx: &mut Cx<'_>, ui: &Ui, place: Rect, id: FrameId, quiet: bool) {
+    let t: &Tokens = cx.t;
+    ui.painter().rect_filled(place, 3.0, t.canvas);
+    let seen = cx.state.data.inspections.get(&id);
+    let Some(texture) = cx.textures.thumbnail(ui, id, seen) else { return };
+    let size = texture.size_vec2();
+    // The middle of the picture fills the place.
+    let part = vec2(
+        (place.width() / place.height() * size.y / size.x).min(1.0),
+        (place.height() / place.width() * size.x / size.y).min(1.0),
+    );
+    let uv = Rect::from_center_size(pos2(0.5, 0.5), part);
+    let tint = if quiet { Color32::from_white_alpha(110) } else { Color32::WHITE };
+    egui::Image::new((texture.id(), size)).uv(uv).tint(tint).corner_radius(3.0).paint_at(ui, place);
+}

@@ -1,0 +1,254 @@
+//! The top bar: what is open, the two settings that a beginner meets, undo, export, menu.
+
+use egui::{Popup, PopupCloseBehavior, RichText, Ui, vec2};
+
+use crate::{
+    app::{
+        action::{Action, Command, demo},
+        cx::Cx,
+        screen::{Dialog, ExportPart},
+        style::{font, icon},
+        widgets::{icon_button, named, primary, text},
+    },
+    calib::{
+        camera::Model,
+        target::{BoardSize, Length, Unit},
+    },
+};
+
+/// Draws the bar.
+pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let t = cx.t;
+    ui.horizontal_centered(|ui| {
+        mark(ui, t);
+        ui.add_space(6.0);
+        open(cx, ui);
+        if !cx.state.doc.frames.is_empty() {
+            ui.add_space(4.0);
+            title(cx, ui);
+            ui.add_space(4.0);
+            board(cx, ui);
+            lens(cx, ui);
+        }
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            menu(cx, ui);
+            ui.add_space(2.0);
+            if cx.state.data.solved().is_some() {
+                ui.spacing_mut().button_padding.x = 10.0;
+                if primary(ui, t, icon::EXPORT, "Export…", 26.0).clicked() {
+                    cx.show(|s| s.dialog = Some(Dialog::Export { part: ExportPart::Camera, format: 0 }));
+                }
+                ui.spacing_mut().button_padding.x = 8.0;
+                ui.add_space(8.0);
+            }
+            if !cx.state.doc.frames.is_empty() {
+                let (back, on) = (!cx.state.past.is_empty(), !cx.state.future.is_empty());
+                if icon_button(ui, t, icon::REDO, "Redo", on).clicked() {
+                    cx.push(Action::Redo);
+                }
+                if icon_button(ui, t, icon::UNDO, "Undo", back).clicked() {
+                    cx.push(Action::Undo);
+                }
+            }
+        });
+    });
+}
+
+/// The mark: two bowed lines over one straight.
+fn mark(ui: &mut Ui, t: &crate::app::style::Tokens) {
+    let (rect, response) = ui.allocate_exact_size(vec2(20.0, 20.0), egui::Sense::hover());
+    named(&response, egui::Role::Image, true, "Straightedge");
+    let stroke = egui::Stroke::new(1.6, t.ink);
+    for (y, bow) in [(4.5, 4.0), (9.5, 2.0), (15.5, 0.0)] {
+        let points: Vec<_> = (0..=12)
+            .map(|k| {
+                let x = k as f32 / 12.0;
+                rect.min + vec2(1.5 + 17.0 * x, y + bow * ((2.0 * x - 1.0).powi(2) - 0.5))
+            })
+            .collect();
+        ui.painter().add(egui::Shape::line(points, stroke));
+    }
+}
+
+fn open(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let label = format!("{}  Open  {}", icon::FOLDER, icon::CARET_DOWN);
+    let response = ui.add(egui::Button::new(RichText::new(label).color(cx.t.ink)).min_size(vec2(0.0, 26.0)));
+    named(&response, egui::Role::Button, true, "Open");
+    Popup::menu(&response).show(|ui| {
+        ui.set_min_width(190.0);
+        if ui.button("Open folder…").clicked() {
+            cx.ask(Command::PickFolder);
+        }
+        if ui.button("Add pictures…").clicked() {
+            cx.ask(Command::PickPictures);
+        }
+        if ui.button("Open session…").clicked() {
+            cx.ask(Command::OpenSession);
+        }
+        ui.separator();
+        if ui.button("Try the demo").clicked() {
+            cx.push(Action::Open(demo()));
+        }
+        if !cx.state.doc.frames.is_empty() {
+            ui.separator();
+            if ui.button("Save session…").clicked() {
+                cx.ask(Command::SaveSession);
+            }
+            if ui.button("Close").clicked() {
+                cx.push(Action::Close);
+            }
+        }
+    });
+}
+
+/// Folder and size of the pictures.
+fn title(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let name = folder(cx);
+    ui.label(text(name, font::medium(font::BODY), cx.t.ink));
+    let size = cx.state.data.solved().map(|(_, s)| s.camera.size_px).or_else(|| {
+        cx.state.data.inspections.values().find_map(|i| i.as_ref().ok().map(|i| i.size_px))
+    });
+    if let Some([w, h]) = size {
+        ui.label(text(format!("{w} × {h}"), font::regular(font::BODY), cx.t.text3));
+    }
+}
+
+fn folder(cx: &Cx<'_>) -> String {
+    use crate::job::Source;
+    match cx.state.doc.frames.first().map(|f| &f.source) {
+        Some(Source::File(path)) => {
+            let folder = path.parent().and_then(|p| p.file_name());
+            folder.map_or_else(|| "Pictures".to_owned(), |f| f.to_string_lossy().into_owned())
+        }
+        Some(Source::View { .. }) => "Demo scene".to_owned(),
+        None => String::new(),
+    }
+}
+
+/// A chip that opens a popover.
+fn chip(cx: &mut Cx<'_>, ui: &mut Ui, glyph: &str, label: &str, quiet: &str, content: impl FnOnce(&mut Cx<'_>, &mut Ui)) {
+    let t = cx.t;
+    let mut job = egui::text::LayoutJob::default();
+    let mut add = |s: &str, font, color| {
+        let format = egui::TextFormat { font_id: font, color, valign: egui::Align::Center, ..Default::default() };
+        job.append(s, 0.0, format);
+    };
+    add(&format!("{glyph}  "), font::regular(15.0), t.text2);
+    add(label, font::medium(font::BODY), t.ink);
+    if !quiet.is_empty() {
+        add(&format!(" {quiet}"), font::regular(font::BODY), t.text3);
+    }
+    add(&format!("  {}", icon::CARET_DOWN), font::regular(11.0), t.text2);
+    let response = ui.add(egui::Button::new(job).min_size(vec2(0.0, 26.0)));
+    named(&response, egui::Role::Button, true, format!("{label} {quiet}").trim());
+    Popup::from_toggle_button_response(&response)
+        .close_behavior(PopupCloseBehavior::CloseOnClickOutside)
+        .show(|ui| {
+            ui.set_width(280.0);
+            ui.spacing_mut().item_spacing.y = 6.0;
+            content(cx, ui);
+        });
+}
+
+fn board(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let report = cx.state.data.answer.as_deref().map(super::super::state::Answer::report);
+    let size = cx.state.doc.board.or_else(|| report.and_then(|r| r.settings.board));
+    let guessed = cx.state.doc.board.is_none() && size.is_some();
+    let square = cx.state.doc.square.or_else(|| {
+        let known = report.map(|r| &r.settings)?;
+        (known.unit != Unit::Squares).then_some(Length { value: known.square, unit: known.unit })
+    });
+    let mut label = size.map_or_else(|| "Board".to_owned(), |b| format!("{} × {}", b.cols, b.rows));
+    if let Some(square) = square {
+        label += &format!(", {square}");
+    }
+    chip(cx, ui, icon::BOARD, &label, if guessed { "guessed" } else { "" }, |cx, ui| {
+        let t = cx.t;
+        ui.label(text("Board", font::semibold(font::BODY), t.ink));
+        let shown = size.map(|b| b.to_string()).unwrap_or_default();
+        let typed = field(ui, "Inner corners", "board size", &shown, "9x6");
+        ui.label(text("Where four squares meet, columns x rows", font::regular(font::SMALL), t.text3));
+        if let Some(text) = typed {
+            match text.parse::<BoardSize>().and_then(BoardSize::findable) {
+                Ok(size) => cx.edit(|d| d.board = Some(size)),
+                Err(_) if text.trim().is_empty() => cx.edit(|d| d.board = None),
+                Err(error) => cx.push(super::super::files::tell_bad(error.to_string())),
+            }
+        }
+        if cx.state.doc.board.is_some() && ui.button("Guess from the pictures").clicked() {
+            cx.edit(|d| d.board = None);
+        }
+        ui.separator();
+        let shown = cx.state.doc.square.map(|s| s.to_string()).unwrap_or_default();
+        if let Some(text) = field(ui, "Edge of a square", "square size", &shown, "25 mm") {
+            match text.parse::<Length>() {
+                Ok(length) => cx.edit(|d| d.square = Some(length)),
+                Err(_) if text.trim().is_empty() => cx.edit(|d| d.square = None),
+                Err(error) => cx.push(super::super::files::tell_bad(error.to_string())),
+            }
+        }
+        ui.label(text("Scales distances only, not the camera", font::regular(font::SMALL), t.text3));
+    });
+}
+
+/// A labelled text field; answers its text when it was changed and left.
+fn field(ui: &mut Ui, label: &str, id: &str, shown: &str, hint: &str) -> Option<String> {
+    let mut answer = None;
+    ui.horizontal(|ui| {
+        let name = ui.label(label);
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            let id = egui::Id::unique(id);
+            let mut buffer = ui.data(|d| d.get_temp::<String>(id)).unwrap_or_else(|| shown.to_owned());
+            let edit = egui::TextEdit::singleline(&mut buffer).desired_width(110.0).hint_text(hint).id(id.with("edit"));
+            let response = ui.add(edit).labelled_by(name.id);
+            if response.has_focus() {
+                ui.data_mut(|d| d.insert_temp(id, buffer));
+            } else if response.lost_focus() {
+                ui.data_mut(|d| d.remove::<String>(id));
+                if buffer != shown {
+                    answer = Some(buffer);
+                }
+            }
+        });
+    });
+    answer
+}
+
+fn lens(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let solved = cx.state.data.solved().map(|(_, s)| s.camera.model);
+    let model = cx.state.doc.model.or(solved);
+    let label = model.map_or("Lens", |m| m.spec().title);
+    let quiet = if cx.state.doc.model.is_none() { "chosen" } else { "" };
+    chip(cx, ui, icon::APERTURE, label, quiet, |cx, ui| {
+        let t = cx.t;
+        ui.label(text("Lens", font::semibold(font::BODY), t.ink));
+        let now = cx.state.doc.model;
+        if ui.radio(now.is_none(), "The simplest that suffices").clicked() {
+            cx.edit(|d| d.model = None);
+        }
+        for model in Model::ALL {
+            if ui.radio(now == Some(model), model.spec().title).clicked() {
+                cx.edit(|d| d.model = Some(model));
+            }
+        }
+    });
+}
+
+fn menu(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let response = icon_button(ui, cx.t, icon::LIST, "Menu", true);
+    Popup::menu(&response).show(|ui| {
+        ui.set_min_width(190.0);
+        let dark = ui.visuals().dark_mode;
+        if ui.button(if dark { "Light theme" } else { "Dark theme" }).clicked() {
+            ui.set_theme(if dark { egui::Theme::Light } else { egui::Theme::Dark });
+        }
+        egui::gui_zoom::zoom_menu_buttons(ui);
+        ui.separator();
+        if ui.button("Print a board…").clicked() {
+            cx.show(|s| s.dialog = Some(Dialog::Board));
+        }
+        if ui.add(egui::Button::new("Keyboard shortcuts").shortcut_text("?")).clicked() {
+            cx.show(|s| s.dialog = Some(Dialog::Shortcuts));
+        }
+    });
+}

@@ -1,0 +1,216 @@
+//! From what was seen to the report: assembly, calibration, comparison with the truth.
+
+use std::{ops::ControlFlow, sync::Arc, time::Instant};
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    assemble::{Assembly, Entry, Wanted, assemble},
+    ms_since,
+};
+use crate::calib::{
+    Error, Result,
+    calibrate::{Options, Problem, calibrate, simplest_sufficient},
+    camera::{Camera, Model},
+    observation::Corner,
+    report::{Report, Settings},
+    solution::{Calibration, Warning},
+    synth::Truth,
+    target::BoardSize,
+};
+
+/// What to calibrate and how.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Case {
+    /// What was seen, one for each picture, in order.
+    pub entries: Arc<Vec<Entry>>,
+    /// Inner corners; `None` finds them.
+    pub board: Option<BoardSize>,
+    /// Models to try, simplest first; the simplest that suffices is taken.
+    pub models: Vec<Model>,
+    /// Camera to start from, with the name of its file.
+    pub start: Option<(String, Camera)>,
+    /// The true camera.
+    pub truth: Option<Known>,
+    /// How to calibrate.
+    pub options: Options,
+    /// Positions of pictures that the user set aside.
+    pub excluded: Vec<usize>,
+    /// Corners that the user dropped: position of the picture, index on the board.
+    pub dropped: Vec<(usize, u32)>,
+    /// The rest of what the report says about what was asked for.
+    pub settings: Settings,
+}
+
+impl Case {
+    /// With nothing else asked for.
+    pub fn new(entries: Vec<Entry>, settings: Settings) -> Self {
+        Self {
+            entries: Arc::new(entries),
+            board: None,
+            models: vec![Model::Brown5],
+            start: None,
+            truth: None,
+            options: Options::default(),
+            excluded: Vec::new(),
+            dropped: Vec::new(),
+            settings,
+        }
+    }
+}
+
+/// The truth, as far as it is known.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Known {
+    /// Name of its file.
+    pub file: String,
+    /// The camera.
+    pub camera: Camera,
+    /// Corners and poses.
+    pub scene: Option<Truth>,
+}
+
+/// A report and the calibration in it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evidence {
+    /// Everything that is known.
+    pub report: Report,
+    /// The calibration; the report says why there is none.
+    pub calibration: Option<Calibration>,
+    /// The corners that the user dropped, with the position of their picture.
+    pub dropped: Vec<(usize, Corner)>,
+}
+
+/// Why a picture is not used that the user set aside.
+pub const SET_ASIDE_BY_HAND: &str = "set aside by you";
+
+/// Assembles, without calibrating.
+pub fn sort_out(case: &Case) -> (Report, Assembly) {
+    let wanted = Wanted {
+        board: case.board,
+        square: case.settings.square,
+        model: case.models.first().copied().unwrap_or(Model::Brown5),
+        start: case.start.as_ref().map(|s| s.1.clone()),
+        options: case.options.clone(),
+    };
+    let assembly = assemble(&case.entries, &wanted);
+    let settings = Settings {
+        board: assembly.board,
+        board_is_found: case.board.is_none() && assembly.board.is_some(),
+        images: case.entries.len(),
+        model: wanted.model,
+        start: case.start.as_ref().map(|s| s.0.clone()),
+        truth: case.truth.as_ref().map(|t| t.file.clone()),
+        ..case.settings.clone()
+    };
+    let (groups, frames, warnings) =
+        (assembly.groups.clone(), assembly.frames.clone(), assembly.warnings.clone());
+    let report = Report::new(settings.with_options(&case.options), groups, frames, warnings);
+    (report, assembly)
+}
+
+/// Calibrates and gathers the evidence. What keeps a calibration from existing is in the report.
+///
+/// # Errors
+/// [`Error::Stopped`] where `tick` breaks.
+pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<Evidence> {
+    let (mut report, mut assembly) = sort_out(case);
+    let dropped = leave_out(case, &mut report, &mut assembly);
+    let begun = Instant::now();
+    let solved = match assembly.problem.and_then(|p| start_fits(p, case)) {
+        Ok(problem) => choose(&problem, &case.models, tick)?.map(|c| (c, problem.target)),
+        Err(error) => Err(error),
+    };
+    report.timing_ms.calibrate = ms_since(begun);
+    let calibration = match solved {
+        Ok((calibration, target)) => {
+            report.settings.model = calibration.camera.model;
+            report.calibrated(&calibration, &target);
+            if let Some(truth) = &case.truth {
+                compare(&mut report, &calibration, truth);
+            }
+            Some(calibration)
+        }
+        Err(error) => {
+            report.failed(&error);
+            None
+        }
+    };
+    Ok(Evidence { report, calibration, dropped })
+}
+
+/// Takes out what the user set aside or dropped; answers the dropped corners.
+fn leave_out(case: &Case, report: &mut Report, assembly: &mut Assembly) -> Vec<(usize, Corner)> {
+    let mut dropped = Vec::new();
+    for &(position, index) in &case.dropped {
+        let Some(frame) = report.frames.get_mut(position) else { continue };
+        if let Some(at) = frame.corners.iter().position(|c| c.index == index) {
+            dropped.push((position, frame.corners.remove(at)));
+        }
+    }
+    for &position in &case.excluded {
+        if let Some(frame) = report.frames.get_mut(position) {
+            SET_ASIDE_BY_HAND.clone_into(&mut frame.why);
+        }
+    }
+    if let Ok(problem) = &mut assembly.problem {
+        problem.observations.retain(|o| !case.excluded.contains(&(o.frame.0 as usize)));
+        for observation in &mut problem.observations {
+            let position = observation.frame.0 as usize;
+            observation.corners.retain(|c| !case.dropped.contains(&(position, c.index)));
+        }
+    }
+    dropped
+}
+
+/// The simplest calibration that suffices; the last reason where none succeeded.
+///
+/// # Errors
+/// [`Error::Stopped`] where `tick` breaks.
+fn choose(
+    problem: &Problem,
+    models: &[Model],
+    tick: &mut dyn FnMut(f32) -> ControlFlow<()>,
+) -> Result<Result<Calibration>> {
+    let mut failure = Error::Invalid("no camera model was asked for".to_owned());
+    let mut list = Vec::new();
+    for (k, model) in models.iter().enumerate() {
+        let mut problem = problem.clone();
+        problem.cameras.iter_mut().for_each(|c| c.model = *model);
+        let mut share = |part: f32| tick((k as f32 + part) / models.len() as f32);
+        match calibrate(&problem, &mut share) {
+            Ok(calibration) => list.push(calibration),
+            Err(Error::Stopped) => return Err(Error::Stopped),
+            Err(error) => failure = error,
+        }
+    }
+    Ok(simplest_sufficient(&list).map(|best| list.swap_remove(best)).ok_or(failure))
+}
+
+/// Refuses a start camera for pictures of another size.
+fn start_fits(problem: Problem, case: &Case) -> Result<Problem> {
+    if let (Some((file, start)), Some(setup)) = (&case.start, problem.cameras.first())
+        && start.size_px != setup.size_px
+    {
+        let ([w, h], [a, b]) = (start.size_px, setup.size_px);
+        return Err(Error::Invalid(format!(
+            "{file} is a camera of {w} x {h} px, the pictures are {a} x {b} px: give the camera of these pictures to --start \
+             (straightedge convert --scale, --crop change a camera with its pictures)"
+        )));
+    }
+    Ok(problem)
+}
+
+fn compare(report: &mut Report, calibration: &Calibration, truth: &Known) {
+    match report.compared(calibration, &truth.camera) {
+        Ok(()) => {
+            if let Some(scene) = &truth.scene {
+                report.compared_corners(scene);
+            }
+        }
+        Err(error) => report.warnings.push(Warning::new(
+            "truth_of_another_camera",
+            format!("{} was not compared: {error}", truth.file),
+        )),
+    }
+}
