@@ -12,6 +12,7 @@ pub mod board_dialog;
 pub mod cx;
 pub mod export;
 pub mod files;
+pub mod home;
 mod keys;
 pub mod panels;
 pub mod picture_view;
@@ -24,21 +25,30 @@ pub mod textures;
 pub mod widgets;
 pub mod zones;
 
-use std::{path::PathBuf, sync::Arc, time::Instant};
+use std::{path::PathBuf, time::Instant};
 
 use egui::{Frame, Margin, Panel};
 
 use crate::{
-    job::{Key, ms_since},
-    worker::{self, Event, Pool},
+    calib::{
+        number::counted,
+        undistort::{Interpolation, Straightener},
+    },
+    job::{Key, Source, ms_since},
+    worker::{self, Event, Pool, straighten},
 };
 use action::{Action, Command};
 use cx::Cx;
 use files::Inbox;
+use home::Home;
 use plan::{Kind, Plan};
-use state::State;
+use session::Session;
+use state::{Notice, State};
 use style::Tokens;
 use textures::Textures;
+
+/// Names the folder of the application.
+const ID: &str = "straightedge";
 
 /// The application.
 pub struct App {
@@ -49,6 +59,7 @@ pub struct App {
     inbox: Inbox,
     /// The revision that was planned for.
     planned: Option<u64>,
+    home: Home,
     /// When the pictures were opened.
     opened: Option<Instant>,
 }
@@ -56,23 +67,28 @@ pub struct App {
 impl App {
     /// A window; it opens what lies at `paths`.
     pub fn new(cc: &eframe::CreationContext<'_>, paths: Vec<PathBuf>) -> Self {
-        Self::on(&cc.egui_ctx, paths)
+        Self::on(&cc.egui_ctx, paths, eframe::storage_dir(ID))
     }
 
-    /// The same on a context, for tests.
-    pub fn on(ctx: &egui::Context, paths: Vec<PathBuf>) -> Self {
+    /// The same on a context; `home` is the folder for what is kept between runs, without one nothing is.
+    pub fn on(ctx: &egui::Context, paths: Vec<PathBuf>, home: Option<PathBuf>) -> Self {
         style::install(ctx);
         let waker = ctx.clone();
-        let app = Self {
+        let mut app = Self {
             state: State::default(),
-            pool: Pool::waking(worker::threads(None), Arc::new(move || waker.request_repaint())),
+            pool: Pool::waking(worker::threads(None), move || waker.request_repaint()),
             textures: Textures::default(),
             inbox: Inbox::new(ctx),
             planned: None,
+            home: Home::new(home),
             opened: None,
         };
         if !paths.is_empty() {
-            app.inbox.list(paths, true);
+            app.act(Action::Do(Command::OpenPaths(paths)));
+        } else if let Some(session) = app.home.left_behind() {
+            app.act(Action::Restore(Box::new(session)));
+            let text = "The last run ended without being closed: this is where it was";
+            app.act(Action::Tell(Notice::good(text)));
         }
         app
     }
@@ -115,7 +131,7 @@ impl App {
         }
         for request in first {
             let is_evidence = Kind::of(request.key) == Some(Kind::Evidence);
-            if !self.pool.has(request.key) && !(is_evidence && solving) {
+            if !(self.pool.has(request.key) || (is_evidence && solving)) {
                 self.pool.submit_first(request);
             }
         }
@@ -137,6 +153,22 @@ impl App {
         if matches!(action, Action::Open(_) | Action::Close) {
             self.textures = Textures::default();
         }
+        if let Action::Restore(session) = &action {
+            self.textures = Textures::default();
+            let lost = session
+                .document
+                .frames
+                .iter()
+                .filter(|f| matches!(&f.source, Source::File(p) if !p.exists()))
+                .count();
+            self.state.apply(action);
+            if lost > 0 {
+                let offer = Some(("Where are they?".to_owned(), Command::Locate));
+                let text = format!("{} of the session cannot be found", counted(lost, "picture"));
+                self.state.apply(Action::Tell(Notice { offer, ..Notice::bad(text) }));
+            }
+            return;
+        }
         if let Action::Do(command) = &action {
             self.run(command.clone());
         }
@@ -149,12 +181,56 @@ impl App {
             Command::PickPictures => self.inbox.pick_pictures(),
             Command::OpenSession => self.inbox.pick_session(),
             Command::OpenPaths(paths) => {
+                if let [session] = &paths[..]
+                    && session.extension().is_some_and(|e| e == session::EXTENSION)
+                {
+                    let copy = self.home.copies().of(session);
+                    return self.inbox.open_session(session.clone(), copy);
+                }
+                self.home.opened(&paths);
                 let folder = paths.iter().any(|p| p.is_dir());
                 self.inbox.list(paths, folder || self.state.doc.frames.is_empty());
             }
             Command::Save { name, bytes } => self.inbox.save(&name, bytes),
-            Command::Copy(_) | Command::StraightenAll | Command::SaveSession => {}
+            Command::SaveSession => {
+                let copies = self.home.copies();
+                self.inbox.save_session(Session::of(&self.state), move |path| copies.of(path));
+            }
+            Command::Locate => self.inbox.locate(Session::of(&self.state)),
+            Command::StraightenAll => self.straighten_all(),
+            // The text goes through the window, which is at hand where panels are drawn.
+            Command::Copy(_) => {}
         }
+    }
+
+    /// Writes every picture that the camera fits, straightened, into a folder that is asked for.
+    fn straighten_all(&mut self) {
+        let Some((answer, solution)) = self.state.data.solved() else { return };
+        let (camera, alpha) = (solution.camera.clone(), self.state.doc.alpha);
+        let fits = |f: &&crate::calib::report::FrameReport| f.image_size_px == Some(camera.size_px);
+        let pictures: Vec<PathBuf> =
+            answer.report().frames.iter().filter(fits).map(|f| PathBuf::from(&f.file)).collect();
+        self.inbox.pick_target(move |folder| {
+            let straight = Straightener::new(&camera, alpha, false)?;
+            let tasks = straighten::tasks(&pictures, folder)?;
+            let results = straighten::all(
+                &tasks,
+                &straight,
+                &camera,
+                Interpolation::Lanczos,
+                worker::threads(None),
+                &mut |_| (),
+            );
+            let done = results.iter().filter(|r| r.is_ok()).count();
+            if let (0, Some(Err(error))) = (done, results.into_iter().next()) {
+                return Err(error);
+            }
+            Ok(format!(
+                "{done} of {} straightened into {}",
+                counted(tasks.len(), "picture"),
+                folder.display()
+            ))
+        });
     }
 
     /// Draws everything.
@@ -165,12 +241,20 @@ impl App {
         let mut cx = Cx::new(&self.state, t, &mut self.textures);
         let bar = |margin: Margin| Frame::new().fill(t.bg).inner_margin(margin);
         if self.state.doc.frames.is_empty() {
-            egui::CentralPanel::no_frame().frame(bar(Margin::ZERO)).show(ui, |ui| zones::empty::show(&mut cx, ui, hovering));
+            egui::CentralPanel::no_frame()
+                .frame(bar(Margin::ZERO))
+                .show(ui, |ui| zones::empty::show(&mut cx, ui, hovering));
         } else {
             let wide = ui.content_rect().width() > 1500.0;
             let tall = ui.content_rect().height() > 850.0;
-            Panel::top("top").exact_size(40.0).frame(bar(Margin::symmetric(10, 0))).show(ui, |ui| zones::top::show(&mut cx, ui));
-            Panel::top("strip").exact_size(28.0).frame(bar(Margin::symmetric(8, 0))).show(ui, |ui| zones::strip::show(&mut cx, ui));
+            Panel::top("top")
+                .exact_size(40.0)
+                .frame(bar(Margin::symmetric(10, 0)))
+                .show(ui, |ui| zones::top::show(&mut cx, ui));
+            Panel::top("strip")
+                .exact_size(28.0)
+                .frame(bar(Margin::symmetric(8, 0)))
+                .show(ui, |ui| zones::strip::show(&mut cx, ui));
             Panel::right("answer")
                 .default_size(if wide { 348.0 } else { 304.0 })
                 .size_range(260.0..=420.0)
@@ -224,10 +308,23 @@ fn notice(cx: &mut Cx<'_>, ui: &egui::Ui) {
             frame.stroke(egui::Stroke::new(1.0, t.line2)).show(ui, |ui| {
                 ui.set_max_width(560.0);
                 ui.horizontal(|ui| {
-                    let (glyph, color) =
-                        if notice.bad { (style::icon::WARNING, t.warn) } else { (style::icon::CHECK_CIRCLE, t.ok) };
+                    let (glyph, color) = if notice.bad {
+                        (style::icon::WARNING, t.warn)
+                    } else {
+                        (style::icon::CHECK_CIRCLE, t.ok)
+                    };
                     ui.label(widgets::text(glyph, style::font::fill(16.0), color));
-                    ui.label(widgets::text(notice.text.as_str(), style::font::regular(style::font::BODY), t.ink));
+                    ui.label(widgets::text(
+                        notice.text.as_str(),
+                        style::font::regular(style::font::BODY),
+                        t.ink,
+                    ));
+                    if let Some((words, command)) = &notice.offer
+                        && widgets::button(ui, t, "", words, 24.0).clicked()
+                    {
+                        cx.show(|s| s.notice = None);
+                        cx.ask(command.clone());
+                    }
                     if widgets::icon_button(ui, t, style::icon::X, "Dismiss", true).clicked() {
                         cx.show(|s| s.notice = None);
                     }
@@ -237,8 +334,17 @@ fn notice(cx: &mut Cx<'_>, ui: &egui::Ui) {
 }
 
 impl eframe::App for App {
-    fn logic(&mut self, _ctx: &egui::Context, _frame: &mut eframe::Frame) {
+    fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
         self.advance();
+        // A picture that was read or a decision is saved; what is on the screen is not.
+        let content = self.state.content();
+        if let Some(pause) = self.home.keep(content, || Session::of(&self.state)) {
+            ctx.request_repaint_after(pause);
+        }
+    }
+
+    fn on_exit(&mut self) {
+        self.home.close();
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
@@ -251,7 +357,9 @@ impl eframe::App for App {
 /// # Errors
 /// In words, where there is no display or no renderer.
 pub fn run(paths: Vec<PathBuf>) -> Result<(), String> {
-    if cfg!(target_os = "linux") && ["DISPLAY", "WAYLAND_DISPLAY"].iter().all(|v| std::env::var_os(v).is_none_or(|d| d.is_empty())) {
+    if cfg!(target_os = "linux")
+        && ["DISPLAY", "WAYLAND_DISPLAY"].iter().all(|v| std::env::var_os(v).is_none_or(|d| d.is_empty()))
+    {
         return Err("there is no display (DISPLAY and WAYLAND_DISPLAY are not set)".to_owned());
     }
     let viewport = egui::ViewportBuilder::default()
@@ -261,6 +369,6 @@ pub fn run(paths: Vec<PathBuf>) -> Result<(), String> {
         .with_min_inner_size([800.0, 560.0])
         .with_drag_and_drop(true);
     let options = eframe::NativeOptions { viewport, ..Default::default() };
-    eframe::run_native("straightedge", options, Box::new(|cc| Ok(Box::new(App::new(cc, paths)))))
+    eframe::run_native(ID, options, Box::new(|cc| Ok(Box::new(App::new(cc, paths)))))
         .map_err(|e| e.to_string())
 }

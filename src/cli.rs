@@ -22,6 +22,7 @@ use std::{path::PathBuf, process::ExitCode};
 use clap::{Parser, Subcommand};
 
 use crate::calib::{Error, Result};
+use crate::job::store;
 
 /// Camera calibration that can be believed. Without a command it opens the window
 #[derive(Debug, Parser)]
@@ -73,7 +74,8 @@ pub fn main(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>) -> Exit
 fn open(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>, paths: Vec<PathBuf>) -> ExitCode {
     for path in &paths {
         if !path.exists() {
-            let message = "there is no such file or folder: check the path (straightedge --help lists the commands)";
+            let message =
+                "there is no such file or folder: check the path (straightedge --help lists the commands)";
             return fail(&Error::File { path: path.display().to_string(), message: message.to_owned() });
         }
     }
@@ -112,7 +114,7 @@ pub(crate) fn print(text: &str) -> Result<()> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
-            Err(Error::Output { path: "standard output".to_owned(), message: files::not_written(&e) })
+            Err(Error::Output { path: "standard output".to_owned(), message: store::not_written(&e) })
         }
         _ => Ok(()),
     }

@@ -8,6 +8,7 @@ pub mod evidence;
 pub mod group;
 pub mod photo;
 pub mod raster;
+pub mod store;
 
 use std::{
     any::Any,
@@ -91,6 +92,13 @@ pub enum Job {
         /// The picture.
         source: Source,
     },
+    /// Read a picture and make a small grey copy.
+    Thumbnail {
+        /// The picture.
+        source: Source,
+        /// Its longer side, px.
+        longest_px: u32,
+    },
     /// Read a picture and take the lens out of it.
     Straighten {
         /// The picture.
@@ -109,7 +117,7 @@ pub enum Output {
     Inspection(Box<Inspection>),
     /// Of [`Job::Evidence`].
     Evidence(Box<Evidence>),
-    /// Of [`Job::Look`] and [`Job::Straighten`].
+    /// Of [`Job::Look`], [`Job::Thumbnail`] and [`Job::Straighten`].
     Raster(Raster),
 }
 
@@ -134,14 +142,6 @@ pub struct Inspection {
     pub read_ms: f64,
     /// Wall time of the detection, ms.
     pub detect_ms: f64,
-}
-
-impl Inspection {
-    /// What a calibration needs of it.
-    #[must_use]
-    pub fn without_thumbnail(self) -> Self {
-        Self { thumbnail: None, ..self }
-    }
 }
 
 /// By what the asker recognises the reply: a position in a list, or a hash of what the job is made from.
@@ -192,6 +192,10 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
         Job::Evidence(case) => evidence::evidence(&case, &mut |share| report(Progress(share)))
             .map(|e| Output::Evidence(Box::new(e))),
         Job::Look { source } => Ok(Output::Raster(Raster::of(source.read(Colours::Keep)?.photo))),
+        Job::Thumbnail { source, longest_px } => {
+            let gray = source.read(Colours::Gray)?.photo.into_gray();
+            Ok(Output::Raster(Raster::thumbnail(&gray, longest_px as usize)))
+        }
         Job::Straighten { source, camera, alpha } => {
             let photo = source.read(Colours::Keep)?.photo;
             let straight = straighten(&photo, &camera, alpha, false, Interpolation::Bilinear)?;

@@ -6,6 +6,7 @@
 
 mod lane_native;
 mod side_by_side;
+pub mod straighten;
 
 use std::{
     collections::VecDeque,
@@ -20,7 +21,7 @@ use crate::{
     calib::{Error, Result},
     job::{Job, Key, Output, Progress, Reply, Request},
 };
-use lane_native::{Lane, Message};
+use lane_native::{Lane, Message, Wake};
 pub use side_by_side::{side_by_side, threads};
 
 /// A queue of jobs and the lanes that work on it.
@@ -46,11 +47,12 @@ pub enum Event {
 impl Pool {
     /// A pool of `lanes` lanes, at least one.
     pub fn new(lanes: usize) -> Self {
-        Self::waking(lanes, Arc::new(|| ()))
+        Self::waking(lanes, || ())
     }
 
     /// The same; `wake` is called, by a lane, whenever there is something to [`Pool::poll`].
-    pub fn waking(lanes: usize, wake: Arc<dyn Fn() + Send + Sync>) -> Self {
+    pub fn waking(lanes: usize, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        let wake: Wake = Arc::new(wake);
         let lanes = lanes.max(1);
         let (sender, messages) = mpsc::channel();
         Self {

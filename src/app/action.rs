@@ -5,6 +5,7 @@ use std::{path::PathBuf, sync::Arc};
 use super::{
     plan,
     screen::Screen,
+    session::Session,
     state::{Answer, Document, Frame, Notice, Shown, State},
 };
 use crate::{
@@ -26,6 +27,8 @@ pub enum Action {
     Open(Vec<Source>),
     /// Close everything.
     Close,
+    /// Start over with a session.
+    Restore(Box<Session>),
     /// A new document: one step of undo.
     Edit(Box<Document>),
     /// A new document while something is dragged: the step of undo was made at the start of the drag.
@@ -68,6 +71,8 @@ pub enum Command {
     StraightenAll,
     /// Ask for a place and write the session.
     SaveSession,
+    /// Ask for the folder that pictures moved to.
+    Locate,
     /// Ask for a session.
     OpenSession,
     /// Put a text on the clipboard.
@@ -78,15 +83,29 @@ impl State {
     /// Changes the state.
     pub fn apply(&mut self, action: Action) {
         self.revision += 1;
+        if !matches!(
+            action,
+            Action::Show(_) | Action::Tell(_) | Action::Do(_) | Action::Stop | Action::Resume
+        ) {
+            self.content += 1;
+        }
         match action {
             Action::Add(sources) => self.add(sources),
             Action::Open(sources) => {
                 let screen = Screen { layers: self.screen.layers, ..Screen::default() };
-                *self = Self { revision: self.revision, screen, ..Self::default() };
+                *self = Self { revision: self.revision, content: self.content, screen, ..Self::default() };
                 self.add(sources);
                 self.past.clear();
             }
-            Action::Close => *self = Self { revision: self.revision, ..Self::default() },
+            Action::Restore(session) => {
+                let session = *session;
+                *self = Self { revision: self.revision, content: self.content, ..Self::default() };
+                self.data.inspections = session.inspections();
+                self.doc = session.document;
+            }
+            Action::Close => {
+                *self = Self { revision: self.revision, content: self.content, ..Self::default() }
+            }
             Action::Edit(doc) => self.edit(*doc),
             Action::Drag(doc) => self.doc = *doc,
             Action::Show(screen) => self.screen = *screen,
@@ -136,15 +155,22 @@ impl State {
     fn finished(&mut self, Reply { key, result }: Reply) {
         match plan::Kind::of(key) {
             Some(plan::Kind::Inspect(id)) => {
-                let inspection = result.map(|output| match output {
-                    Output::Inspection(i) => Some(Arc::new(*i)),
+                let result = result.map(|output| match output {
+                    Output::Inspection(i) => Some(*i),
                     _ => None,
                 });
-                match inspection {
-                    Ok(Some(inspection)) => drop(self.data.inspections.insert(id, Ok(inspection))),
-                    Ok(None) => {}
-                    Err(error) => drop(self.data.inspections.insert(id, Err(error))),
+                match result.transpose() {
+                    Some(Ok(mut inspection)) => {
+                        let thumbnail = inspection.thumbnail.take();
+                        self.data.thumbnails.insert(id, thumbnail.map(Arc::new));
+                        self.data.inspections.insert(id, Ok(Arc::new(inspection)));
+                    }
+                    Some(Err(error)) => drop(self.data.inspections.insert(id, Err(error))),
+                    None => {}
                 }
+            }
+            Some(plan::Kind::Thumbnail(id)) => {
+                self.data.thumbnails.insert(id, raster(result).ok());
             }
             Some(plan::Kind::Evidence) => match result {
                 Ok(Output::Evidence(evidence)) => {
@@ -154,7 +180,7 @@ impl State {
                     }
                 }
                 Ok(_) => {}
-                Err(error) => self.screen.notice = Some(Notice { text: error.to_string(), bad: true }),
+                Err(error) => self.screen.notice = Some(Notice::bad(error.to_string())),
             },
             Some(plan::Kind::Look) => self.data.look = Some(Shown { key, raster: raster(result) }),
             Some(plan::Kind::Straight) => self.data.straight = Some(Shown { key, raster: raster(result) }),

@@ -22,8 +22,9 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     ui.label(text("Print a board", font::semibold(font::LEAD), t.ink));
     ui.add_space(6.0);
     let id = egui::Id::unique("board to print");
-    let (mut size, mut square) =
-        ui.data(|d| d.get_temp::<(String, String)>(id)).unwrap_or_else(|| ("9x6".to_owned(), "25 mm".to_owned()));
+    let (mut size, mut square) = ui
+        .data(|d| d.get_temp::<(String, String)>(id))
+        .unwrap_or_else(|| ("9x6".to_owned(), "25 mm".to_owned()));
     egui::Grid::new("board").num_columns(2).spacing(egui::vec2(16.0, 8.0)).show(ui, |ui| {
         let label = ui.label("Inner corners");
         ui.add(egui::TextEdit::singleline(&mut size).desired_width(120.0)).labelled_by(label.id);

@@ -7,11 +7,12 @@ use std::{
 
 use super::{
     action::{Action, Command},
+    session::Session,
     state::Notice,
 };
 use crate::{
-    calib::{Error, Result},
-    job::{Source, photo},
+    calib::Result,
+    job::{Source, photo, store},
 };
 
 /// Where dialogs answer.
@@ -59,7 +60,10 @@ impl Inbox {
     pub fn pick_pictures(&self) {
         let task = rfd::AsyncFileDialog::new()
             .set_title("Open board pictures")
-            .add_filter("Pictures", &["png", "jpg", "jpeg", "tif", "tiff", "bmp", "webp", "pgm", "ppm", "pnm"])
+            .add_filter(
+                "Pictures",
+                &["png", "jpg", "jpeg", "tif", "tiff", "bmp", "webp", "pgm", "ppm", "pnm"],
+            )
             .pick_files();
         self.spawn(move || {
             let files = pollster::block_on(task)?;
@@ -93,7 +97,57 @@ impl Inbox {
         let task = rfd::AsyncFileDialog::new().set_title("Save").set_file_name(name).save_file();
         self.spawn(move || {
             let file = pollster::block_on(task)?;
-            Some(told(write(file.path(), &bytes).map(|()| format!("Saved {}", file.path().display()))))
+            Some(told(store::write(file.path(), &bytes).map(|()| format!("Saved {}", file.path().display()))))
+        });
+    }
+
+    /// Asks for a place and writes a session, with a copy in the folder of the application.
+    pub fn save_session(
+        &self,
+        session: Session,
+        copy_of: impl Fn(&Path) -> Option<PathBuf> + Send + 'static,
+    ) {
+        let name = format!("calibration.{}", super::session::EXTENSION);
+        let task = rfd::AsyncFileDialog::new().set_title("Save the session").set_file_name(name).save_file();
+        self.spawn(move || {
+            let file = pollster::block_on(task)?;
+            let text = session.to_json();
+            let written = store::write(file.path(), text.as_bytes());
+            // The copy is for the day on which the file is damaged; without it only that help is missing.
+            if let (Ok(()), Some(copy)) = (&written, copy_of(file.path())) {
+                let _ = store::write(&copy, text.as_bytes());
+            }
+            Some(told(written.map(|()| format!("Saved {}", file.path().display()))))
+        });
+    }
+
+    /// Opens a session; pictures that moved are looked for beside it.
+    pub fn open_session(&self, path: PathBuf, copy: Option<PathBuf>) {
+        self.spawn(move || {
+            let name = path.display().to_string();
+            let text = photo::bytes(&path).map(|b| String::from_utf8_lossy(&b).into_owned());
+            match text.and_then(|t| Session::from_json(&t, &name)) {
+                Ok(mut session) => {
+                    session.locate(path.parent().unwrap_or(Path::new(".")));
+                    Some(Action::Restore(Box::new(session)))
+                }
+                Err(error) => {
+                    let copy = copy.filter(|c| c.is_file());
+                    let offer =
+                        copy.map(|c| ("Open the last good copy".to_owned(), Command::OpenPaths(vec![c])));
+                    Some(Action::Tell(Notice { offer, ..Notice::bad(error.to_string()) }))
+                }
+            }
+        });
+    }
+
+    /// Asks where the pictures of a session are, and looks for them by their hash.
+    pub fn locate(&self, mut session: Session) {
+        let task = rfd::AsyncFileDialog::new().set_title("Where are the pictures?").pick_folder();
+        self.spawn(move || {
+            let folder = pollster::block_on(task)?;
+            session.locate(folder.path());
+            Some(Action::Restore(Box::new(session)))
         });
     }
 
@@ -117,35 +171,15 @@ impl Inbox {
 
 /// Says what went wrong.
 pub fn tell_bad(text: String) -> Action {
-    Action::Tell(Notice { text, bad: true })
+    Action::Tell(Notice::bad(text))
 }
 
 /// Says how something ended.
 fn told(result: Result<String>) -> Action {
     match result {
-        Ok(text) => Action::Tell(Notice { text, bad: false }),
+        Ok(text) => Action::Tell(Notice::good(text)),
         Err(error) => tell_bad(error.to_string()),
     }
-}
-
-/// Writes a file so that at every moment either the old one or the new one is there.
-///
-/// # Errors
-/// [`Error::Output`] with the path and the reason.
-pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    use std::io::Write as _;
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let part = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
-    let written = (|| {
-        let mut file = std::fs::File::create(&part)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        std::fs::rename(&part, path)
-    })();
-    written.map_err(|e| {
-        let _ = std::fs::remove_file(&part);
-        Error::Output { path: path.display().to_string(), message: format!("cannot be written: {e}") }
-    })
 }
 
 /// Paths in a pasted text: one a line, with or without quotes or `file://`.

@@ -41,7 +41,8 @@ pub(super) fn actions(state: &State, ui: &Ui) -> Vec<Action> {
     for text in pasted {
         let paths = pasted_paths(&text);
         if paths.is_empty() {
-            actions.push(super::files::tell_bad("What was pasted is no path of a folder or picture".to_owned()));
+            actions
+                .push(super::files::tell_bad("What was pasted is no path of a folder or picture".to_owned()));
         } else {
             actions.push(Action::Do(Command::OpenPaths(paths)));
         }

@@ -2,16 +2,15 @@
 //!
 //! No panel starts a job, no edit lists what it invalidates, there are no flags. A result is a function of its key.
 
-use std::{
-    hash::Hash,
-    sync::Arc,
-};
+use std::{hash::Hash, sync::Arc};
 
 use siphasher::sip128::{Hasher128, SipHasher13};
 
 use super::state::{Frame, State};
 use crate::{
-    calib::{calibrate::Options, camera::Model, detect, observation::FrameId, report::Settings, target::Unit},
+    calib::{
+        calibrate::Options, camera::Model, detect, observation::FrameId, report::Settings, target::Unit,
+    },
     job::{
         Job, Key, Request,
         assemble::Entry,
@@ -29,6 +28,8 @@ const GROWTH: f64 = 1.3;
 pub enum Kind {
     /// What is seen in a picture.
     Inspect(FrameId),
+    /// A small copy of a picture.
+    Thumbnail(FrameId),
     /// The calibration.
     Evidence,
     /// The selected picture.
@@ -45,6 +46,7 @@ impl Kind {
             2 => Some(Self::Evidence),
             3 => Some(Self::Look),
             4 => Some(Self::Straight),
+            5 => Some(Self::Thumbnail(FrameId(key.0 as u32))),
             _ => None,
         }
     }
@@ -53,6 +55,7 @@ impl Kind {
     const fn key(self, content: u128) -> Key {
         let (kind, content) = match self {
             Self::Inspect(id) => (1, id.0 as u128),
+            Self::Thumbnail(id) => (5, id.0 as u128),
             Self::Evidence => (2, content),
             Self::Look => (3, content),
             Self::Straight => (4, content),
@@ -99,6 +102,15 @@ impl State {
                 },
             }));
         }
+        // Of a session that was opened: its pictures were looked at in another run.
+        let bare = |f: &&Frame| {
+            matches!(self.data.inspections.get(&f.id), Some(Ok(_)))
+                && !self.data.thumbnails.contains_key(&f.id)
+        };
+        plan.then.extend(self.doc.frames.iter().filter(bare).map(|frame| Request {
+            key: Kind::Thumbnail(frame.id).key(0),
+            job: Job::Thumbnail { source: frame.source.clone(), longest_px: THUMBNAIL_PX },
+        }));
         plan
     }
 
@@ -130,7 +142,10 @@ impl State {
             return None;
         }
         let source = self.doc.frame(id)?.source.clone();
-        Some(Request { key, job: Job::Straighten { source, camera: solution.camera.clone(), alpha: self.doc.alpha } })
+        Some(Request {
+            key,
+            job: Job::Straighten { source, camera: solution.camera.clone(), alpha: self.doc.alpha },
+        })
     }
 
     fn evidence(&mut self) -> Option<Request> {
@@ -183,7 +198,7 @@ fn case(state: &State, ids: &[FrameId]) -> Case {
     let entry = |id: &FrameId| {
         let name = doc.frame(*id).map(|f| f.source.name()).unwrap_or_default();
         let seen = state.data.inspections.get(id).cloned();
-        let seen = seen.map(|s| s.map(|i| Arc::unwrap_or_clone(i).without_thumbnail()));
+        let seen = seen.map(|s| s.map(Arc::unwrap_or_clone));
         Entry::inspected(name, seen.unwrap_or(Err(crate::calib::Error::Stopped)))
     };
     let (mut square, mut unit) = doc.square.map_or((1.0, Unit::Squares), |s| (s.value, s.unit));

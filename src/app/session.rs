@@ -1,4 +1,164 @@
-//! Sessions.
+//! Sessions: one file with what the user decided, what was seen in the pictures, and the result.
+//!
+//! Pictures are not in it. They are named with the hash of their bytes, so that they are found again where they moved.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::state::{Document, Frame, State};
+use crate::{
+    calib::{Error, Result, observation::FrameId, report::Report},
+    job::{Inspection, Source, photo},
+};
 
 /// Of session files.
 pub const EXTENSION: &str = "straightedge";
+/// What every session starts with.
+const FORMAT: &str = "straightedge session";
+/// Raised when an older program could not read it.
+const VERSION: u32 = 1;
+
+/// What a session file holds.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Session {
+    /// Always the same words.
+    format: String,
+    /// Of the layout of this file.
+    version: u32,
+    /// What the user decided.
+    pub document: Document,
+    /// What was seen in each picture that was read, without thumbnails.
+    pub seen: Vec<(FrameId, Inspection)>,
+    /// The result when it was saved, for other programs: it is computed again from the rest.
+    pub result: Option<Report>,
+}
+
+impl Session {
+    /// Of the present state.
+    pub fn of(state: &State) -> Self {
+        let seen = state.doc.frames.iter().filter_map(|f| {
+            let inspection = state.data.inspections.get(&f.id)?.as_ref().ok()?;
+            Some((f.id, inspection.as_ref().clone()))
+        });
+        Self {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            document: state.doc.clone(),
+            seen: seen.collect(),
+            result: state.data.answer.as_deref().map(|a| a.report().clone()),
+        }
+    }
+
+    /// The file's text.
+    pub fn to_json(&self) -> String {
+        // Fails only for keys that are not text, and there are none.
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
+    /// Reads a file's text; `file` is the name for messages.
+    ///
+    /// # Errors
+    /// [`Error::Format`] with the place and the remedy.
+    pub fn from_json(text: &str, file: &str) -> Result<Self> {
+        let session: Self = serde_json::from_str(text).map_err(|e| {
+            Error::format(
+                file,
+                format!("this session is damaged or is no session ({e}): open its last good copy"),
+            )
+        })?;
+        if session.format != FORMAT {
+            return Err(Error::format(file, "this is no session of Straightedge"));
+        }
+        if session.version > VERSION {
+            return Err(Error::format(
+                file,
+                "this session was saved by a newer Straightedge: update this one",
+            ));
+        }
+        let ids: Vec<FrameId> = session.document.frames.iter().map(|f| f.id).collect();
+        let ascending = ids.windows(2).all(|w| w[0] < w[1]);
+        if !ascending || ids.iter().any(|id| id.0 >= session.document.next_id) {
+            return Err(Error::format(
+                file,
+                "the numbers of its pictures contradict each other: open its last good copy",
+            ));
+        }
+        Ok(session)
+    }
+
+    /// Whether a text may be one.
+    pub fn sniff(head: &[u8]) -> bool {
+        let head = &head[..head.len().min(200)];
+        head.windows(FORMAT.len()).any(|w| w == FORMAT.as_bytes())
+    }
+
+    /// What was seen, by picture.
+    pub fn inspections(&self) -> BTreeMap<FrameId, Result<Arc<Inspection>>> {
+        self.seen.iter().map(|(id, i)| (*id, Ok(Arc::new(i.clone())))).collect()
+    }
+
+    /// Finds pictures that moved: beside the session file by name, then anywhere in `folder` by the hash of their bytes. Answers
+    /// how many are still missing.
+    pub fn locate(&mut self, folder: &Path) -> usize {
+        let hashes: BTreeMap<FrameId, u128> = self.seen.iter().map(|(id, i)| (*id, i.bytes_hash)).collect();
+        let mut frames = self.document.frames.to_vec();
+        let missing = |f: &Frame| matches!(&f.source, Source::File(p) if !p.exists());
+        if !frames.iter().any(missing) {
+            return 0;
+        }
+        let hash_of = |path: &Path| photo::bytes(path).ok().map(|b| photo::hash_bytes(&b));
+        let fits = |f: &Frame, path: &Path| hashes.get(&f.id).is_none_or(|h| hash_of(path) == Some(*h));
+        for frame in frames.iter_mut().filter(|f| missing(f)) {
+            let Source::File(path) = &frame.source else { continue };
+            let beside = path.file_name().map(|n| folder.join(n)).filter(|p| p.is_file());
+            if let Some(found) = beside.filter(|p| fits(frame, p)) {
+                frame.source = Source::File(found);
+            }
+        }
+        if frames.iter().any(missing) {
+            let files = photo::list(&[folder.to_owned()]).unwrap_or_default();
+            let by_hash: BTreeMap<u128, PathBuf> =
+                files.into_iter().filter_map(|p| Some((hash_of(&p)?, p))).collect();
+            for frame in frames.iter_mut().filter(|f| missing(f)) {
+                if let Some(found) = hashes.get(&frame.id).and_then(|h| by_hash.get(h)) {
+                    frame.source = Source::File(found.clone());
+                }
+            }
+        }
+        let left = frames.iter().filter(|f| missing(f)).count();
+        self.document.frames = Arc::new(frames);
+        left
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::action::{Action, demo};
+
+    #[test]
+    fn a_session_reads_back() {
+        let mut state = State::default();
+        state.apply(Action::Open(demo()));
+        let text = Session::of(&state).to_json();
+        assert!(Session::sniff(text.as_bytes()));
+        let back = Session::from_json(&text, "a").unwrap();
+        assert_eq!(back.document, state.doc);
+    }
+
+    #[test]
+    fn damage_is_named() {
+        let text = Session::of(&State::default()).to_json();
+        for broken in [&text[..text.len() / 2], "", "{}", "[1]", "\u{0}"] {
+            let error = Session::from_json(broken, "my.straightedge").unwrap_err().to_string();
+            assert!(error.contains("my.straightedge"), "{error}");
+        }
+        let newer = text.replace("\"version\":1", "\"version\":2");
+        assert!(Session::from_json(&newer, "a").unwrap_err().to_string().contains("newer"));
+    }
+}

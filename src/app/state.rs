@@ -7,7 +7,7 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-use super::{panels::Tile, plan::Asked, screen::Screen};
+use super::{action::Command, panels::Tile, plan::Asked, screen::Screen};
 use crate::{
     calib::{
         Error,
@@ -151,6 +151,8 @@ pub struct Data {
     pub ghost: Option<Arc<Answer>>,
     /// The last answers, so that undo costs nothing and gives the same bits.
     pub kept: Vec<Arc<Answer>>,
+    /// Small copies of the pictures; none where one cannot be made.
+    pub thumbnails: BTreeMap<FrameId, Option<Arc<Raster>>>,
     /// The selected picture.
     pub look: Option<Shown>,
     /// The selected picture without its lens.
@@ -176,6 +178,20 @@ pub struct Notice {
     pub text: String,
     /// Whether something went wrong.
     pub bad: bool,
+    /// What can be done about it: the words of a button, and what it does.
+    pub offer: Option<(String, Command)>,
+}
+
+impl Notice {
+    /// Something went wrong.
+    pub fn bad(text: impl Into<String>) -> Self {
+        Self { text: text.into(), bad: true, offer: None }
+    }
+
+    /// Something went well.
+    pub fn good(text: impl Into<String>) -> Self {
+        Self { text: text.into(), bad: false, offer: None }
+    }
 }
 
 /// Everything.
@@ -193,6 +209,8 @@ pub struct State {
     pub screen: Screen,
     /// Counts changes; plans are made when it moves.
     pub revision: u64,
+    /// Counts changes of what a session holds.
+    pub(super) content: u64,
 }
 
 impl State {
@@ -216,6 +234,11 @@ impl State {
     /// Pictures that have not been looked at yet.
     pub fn waiting(&self) -> usize {
         self.doc.frames.iter().filter(|f| !self.data.inspections.contains_key(&f.id)).count()
+    }
+
+    /// Moves where what a session holds has changed.
+    pub fn content(&self) -> u64 {
+        self.content
     }
 
     /// Whether a tile is in the centre.

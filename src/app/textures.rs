@@ -1,12 +1,12 @@
 //! Pictures on the graphics card: each is sent once.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::collections::{BTreeMap, btree_map::Entry};
 
 use egui::{ColorImage, TextureHandle, TextureOptions};
 
 use crate::{
-    calib::{Error, observation::FrameId},
-    job::{Inspection, Key, raster::Raster},
+    calib::observation::FrameId,
+    job::{Key, raster::Raster},
 };
 
 /// What was sent.
@@ -25,22 +25,28 @@ impl Textures {
         &mut self,
         ctx: &egui::Context,
         id: FrameId,
-        inspection: Option<&Result<Arc<Inspection>, Error>>,
+        raster: Option<&Raster>,
     ) -> Option<&TextureHandle> {
-        if !self.thumbnails.contains_key(&id) {
-            let raster = inspection?.as_ref().ok()?.thumbnail.as_ref()?;
-            let texture = ctx.load_texture(format!("thumbnail {}", id.0), image(raster, usize::MAX), TextureOptions::LINEAR);
-            self.thumbnails.insert(id, texture);
+        if let Entry::Vacant(place) = self.thumbnails.entry(id) {
+            let image = image(raster?, usize::MAX);
+            place.insert(ctx.load_texture(format!("thumbnail {}", id.0), image, TextureOptions::LINEAR));
         }
         self.thumbnails.get(&id)
     }
 
     /// A large picture under a name; sent again where its key has changed.
-    pub fn large(&mut self, ctx: &egui::Context, name: &'static str, key: Key, raster: &Raster) -> TextureHandle {
+    pub fn large(
+        &mut self,
+        ctx: &egui::Context,
+        name: &'static str,
+        key: Key,
+        raster: &Raster,
+    ) -> TextureHandle {
         if self.large.get(name).is_none_or(|(k, _)| *k != key) {
             let side = ctx.input(|i| i.max_texture_side);
             // Magnified pixels stay pixels; made smaller they are averaged.
-            let options = TextureOptions { magnification: egui::TextureFilter::Nearest, ..TextureOptions::LINEAR };
+            let options =
+                TextureOptions { magnification: egui::TextureFilter::Nearest, ..TextureOptions::LINEAR };
             let options = options.with_mipmap_mode(Some(egui::TextureFilter::Linear));
             let texture = ctx.load_texture(name, image(raster, side), options);
             self.large.insert(name, (key, texture));
@@ -74,9 +80,15 @@ fn image(raster: &Raster, side: usize) -> ColorImage {
     let step = w.max(h).div_ceil(side.max(1)).max(1);
     if step > 1 {
         let size = [w / step, h / step];
-        let places = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (y * step * w + x * step) * raster.channels));
-        let data: Vec<u8> = places.flat_map(|at| raster.data[at..at + raster.channels].iter().copied()).collect();
+        let places =
+            (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (y * step * w + x * step) * raster.channels));
+        let data: Vec<u8> =
+            places.flat_map(|at| raster.data[at..at + raster.channels].iter().copied()).collect();
         return image(&Raster { size_px: size, channels: raster.channels, data }, usize::MAX);
     }
-    if raster.channels == 1 { ColorImage::from_gray([w, h], &raster.data) } else { ColorImage::from_rgb([w, h], &raster.data) }
+    if raster.channels == 1 {
+        ColorImage::from_gray([w, h], &raster.data)
+    } else {
+        ColorImage::from_rgb([w, h], &raster.data)
+    }
 }

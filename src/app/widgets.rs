@@ -40,7 +40,10 @@ pub fn toggle(ui: &mut Ui, t: &Tokens, on: bool, text: &str) -> Response {
     let font = if on { font::medium(font::BODY) } else { font::regular(font::BODY) };
     let fill = if on { t.ctl } else { Color32::TRANSPARENT };
     let response = ui.add(
-        egui::Button::new(RichText::new(text).font(font).color(color)).fill(fill).corner_radius(4.0).min_size(vec2(0.0, 24.0)),
+        egui::Button::new(RichText::new(text).font(font).color(color))
+            .fill(fill)
+            .corner_radius(4.0)
+            .min_size(vec2(0.0, 24.0)),
     );
     response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, on, text));
     response
@@ -55,11 +58,16 @@ pub fn segmented(ui: &mut Ui, t: &Tokens, names: &[&str], on: usize) -> Option<u
         ui.horizontal(|ui| {
             for (i, name) in names.iter().enumerate() {
                 let here = i == on;
-                let text = RichText::new(*name).font(font::regular(font::SMALL)).color(if here { t.ink } else { t.text2 });
+                let text = RichText::new(*name).font(font::regular(font::SMALL)).color(if here {
+                    t.ink
+                } else {
+                    t.text2
+                });
                 let fill = if here { t.bg } else { Color32::TRANSPARENT };
                 let button = egui::Button::new(text).fill(fill).corner_radius(4.0).min_size(vec2(0.0, 20.0));
                 let response = ui.add(button);
-                response.widget_info(|| egui::WidgetInfo::selected(egui::Role::RadioButton, true, here, *name));
+                response
+                    .widget_info(|| egui::WidgetInfo::selected(egui::Role::RadioButton, true, here, *name));
                 if response.clicked() {
                     clicked = Some(i);
                 }

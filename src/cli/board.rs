@@ -8,6 +8,7 @@ use crate::calib::{
     board::{self, Kind, Page},
     target::{BoardSize, Length, Unit},
 };
+use crate::job::store;
 
 /// Papers that office printers hold.
 const SMALL: [&str; 4] = ["A4", "Letter", "A3", "Tabloid"];
@@ -45,7 +46,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         }
     };
     let page = Page::new(*kind, *size, *square)?;
-    files::write(out, &bytes)?;
+    store::write(out, &bytes)?;
     let [w, h] = page.size;
     print(&format!(
         "{}: {kind}, {size} inner corners, square {square}, on {} ({w:.0} x {h:.0} mm)\n",

@@ -12,6 +12,7 @@ use crate::calib::{
     format::{self, Destination, Export},
     number::within_px,
 };
+use crate::job::store;
 
 /// Convert a camera file, and scale or crop the camera
 #[derive(Debug, clap::Args)]
@@ -61,7 +62,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let export = Export { camera: &file.camera, evidence: &file.evidence, report: None };
     let written = format::write(output.format, &export)?;
-    files::write(path, written.text.as_bytes())?;
+    store::write(path, written.text.as_bytes())?;
     let [w, h] = file.camera.size_px;
     print(&format!(
         "{} ({}) -> {} ({}): {w} x {h} px, {}; read back, it projects {}\n",

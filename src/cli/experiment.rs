@@ -4,11 +4,12 @@ use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
 
 use indicatif::ProgressBar;
 
-use super::{files, print};
+use super::print;
 use crate::calib::{
     Result,
     experiment::{self, Experiment, claims::Verdict, table},
 };
+use crate::job::store;
 
 /// Name of the folder of figures beside the page.
 const FIGURES: &str = "figures";
@@ -27,8 +28,8 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     // Before the work, so that a wrong path costs nothing.
     let figures = args.out.join(FIGURES);
-    files::folder(&args.out)?;
-    files::folder(&figures)?;
+    store::folder(&args.out)?;
+    store::folder(&figures)?;
     let bar = ProgressBar::new_spinner();
     let found = experiment::run(args.ablate, &mut |what| {
         bar.set_message(what.to_owned());
@@ -37,10 +38,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     })?;
     bar.finish_and_clear();
     for figure in &found.figures {
-        files::write(&figures.join(&figure.file), figure.panel.svg().as_bytes())?;
+        store::write(&figures.join(&figure.file), figure.panel.svg().as_bytes())?;
     }
-    files::write(&args.out.join("experiment.md"), experiment::page::markdown(&found, FIGURES)?.as_bytes())?;
-    files::write(&args.out.join("results.json"), found.json()?.as_bytes())?;
+    store::write(&args.out.join("experiment.md"), experiment::page::markdown(&found, FIGURES)?.as_bytes())?;
+    store::write(&args.out.join("results.json"), found.json()?.as_bytes())?;
     print(&summary(&found)?)?;
     Ok(ExitCode::SUCCESS)
 }

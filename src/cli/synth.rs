@@ -9,6 +9,7 @@ use std::{
 };
 
 use super::{files, frames, print, say};
+use crate::job::store;
 use crate::{
     calib::{
         Error, Result,
@@ -123,15 +124,15 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let out = &args.out;
     let n = scene.poses.len();
     let stale = stale(out, &scene);
-    files::folder(out)?;
-    files::write(&out.join(SCENE), scene.to_json().as_bytes())?;
-    files::write(&out.join(TRUTH), scene.truth().to_json().as_bytes())?;
+    store::folder(out)?;
+    store::write(&out.join(SCENE), scene.to_json().as_bytes())?;
+    store::write(&out.join(TRUTH), scene.truth().to_json().as_bytes())?;
     let renderer = Renderer::new(&scene)?;
     let views: Vec<usize> = (0..n).collect();
     let bar = frames::counter("Rendering", n);
     let render = |view: &usize| {
         let png = synth::png(&renderer.render(*view)?, scene.color)?;
-        files::write(&out.join(scene.file_name(*view)), &png)
+        store::write(&out.join(scene.file_name(*view)), &png)
     };
     let results =
         side_by_side(threads(args.threads), &views, render, &mut |done| bar.set_position(done as u64));

@@ -1,23 +1,17 @@
 //! `straightedge undistort`: photographs as a camera without distortion would have taken them.
 
-use std::{
-    collections::BTreeSet,
-    fs,
-    path::{Path, PathBuf},
-    process::ExitCode,
-};
+use std::{path::PathBuf, process::ExitCode};
 
 use super::{NO_RESULT, args::Pictures, files, frames, print, say};
 use crate::{
     calib::{
         Error, Result,
-        camera::Camera,
         format::{self, Evidence, Export},
         number::counted,
         undistort::{Interpolation, Straightener},
     },
-    job::photo::{self, Colours},
-    worker::{side_by_side, threads},
+    job::{photo, store},
+    worker::{straighten, threads},
 };
 
 /// File with the camera of the undistorted pictures.
@@ -55,12 +49,6 @@ fn alpha(text: &str) -> Result<f64> {
     }
 }
 
-/// A photograph and where its undistorted self goes.
-struct Task {
-    from: PathBuf,
-    to: PathBuf,
-}
-
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let out = &args.out;
     let file = files::camera(&args.camera)?;
@@ -75,8 +63,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if pictures.is_empty() {
         return Err(files::no_pictures(&args.pictures.paths));
     }
-    files::folder(out)?;
-    let tasks = tasks(&pictures, out)?;
+    store::folder(out)?;
+    let tasks = straighten::tasks(&pictures, out)?;
     let camera = out.join(CAMERA);
     if files::same(&args.camera, &camera) {
         return Err(Error::Invalid(format!(
@@ -92,9 +80,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     .text;
 
     let bar = frames::counter("Undistorting", tasks.len());
-    let work = |task: &Task| one(task, &straight, &file.camera, args.interpolation);
-    let results =
-        side_by_side(threads(args.threads), &tasks, work, &mut |done| bar.set_position(done as u64));
+    let mut heard = |done| bar.set_position(done as u64);
+    let threads = threads(args.threads);
+    let results = straighten::all(&tasks, &straight, &file.camera, args.interpolation, threads, &mut heard);
     bar.finish_and_clear();
     let mut done = 0;
     for (task, result) in tasks.iter().zip(results) {
@@ -119,7 +107,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         return Ok(ExitCode::from(NO_RESULT));
     }
     // Beside no picture it would be the camera of nothing, or of the pictures of an earlier run.
-    files::write(&camera, text.as_bytes())?;
+    store::write(&camera, text.as_bytes())?;
     let [w, h] = straight.camera.size_px;
     let [fx, fy, cx, cy] = straight.camera.intrinsics();
     print(&format!(
@@ -129,73 +117,4 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         camera.display()
     ))?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// Reads, undistorts and writes one photograph; answers what reading it told.
-fn one(
-    task: &Task,
-    straight: &Straightener,
-    camera: &Camera,
-    interpolation: Interpolation,
-) -> Result<Vec<String>> {
-    let name = task.from.display().to_string();
-    let original = photo::bytes(&task.from)?;
-    let picture = photo::decode(&name, &original, Colours::Keep)?;
-    let [w, h] = camera.size_px;
-    if [picture.photo.width, picture.photo.height] != [w as usize, h as usize] {
-        return Err(Error::Picture {
-            file: name,
-            message: format!(
-                "it has {} x {} px, the camera is for {w} x {h}: where the photograph was resized or cropped, convert the camera with `straightedge convert --scale` or `--crop`",
-                picture.photo.width, picture.photo.height
-            ),
-        });
-    }
-    let photo = straight.run(&picture.photo, interpolation)?;
-    let bytes = photo::write::like(&name, &original, &photo)?;
-    if let Some(folder) = task.to.parent() {
-        files::folder(folder)?;
-    }
-    files::write(&task.to, &bytes)?;
-    Ok(picture.notes)
-}
-
-/// Where everything goes: by name, or with the folders below their common one where names repeat.
-fn tasks(pictures: &[PathBuf], out: &Path) -> Result<Vec<Task>> {
-    let wrong = |path: &Path, e: &std::io::Error| Error::File {
-        path: path.display().to_string(),
-        message: format!("it cannot be found ({e}): check the path"),
-    };
-    let home = fs::canonicalize(out).map_err(|e| wrong(out, &e))?;
-    let full: Vec<PathBuf> =
-        pictures.iter().map(|p| fs::canonicalize(p).map_err(|e| wrong(p, &e))).collect::<Result<_>>()?;
-    if let Some(i) = full.iter().position(|p| p.starts_with(&home)) {
-        return Err(Error::Invalid(format!(
-            "{} lies in {}, where the results would go: give another folder, so that no photograph is overwritten",
-            pictures[i].display(),
-            out.display()
-        )));
-    }
-    let name = |p: &PathBuf| p.file_name().unwrap_or_default().to_ascii_lowercase();
-    let unique = pictures.iter().map(name).collect::<BTreeSet<_>>().len() == pictures.len();
-    // Names as the user gave them: a link keeps its own.
-    let whole: Vec<PathBuf> =
-        pictures.iter().map(|p| std::path::absolute(p).unwrap_or_else(|_| p.clone())).collect();
-    let common = common_folder(&whole);
-    let task = |(from, whole): (&PathBuf, &PathBuf)| {
-        let below = whole.strip_prefix(&common).ok().filter(|_| !unique);
-        let to =
-            below.map_or_else(|| out.join(from.file_name().unwrap_or_default()), |below| out.join(below));
-        Task { from: from.clone(), to }
-    };
-    Ok(pictures.iter().zip(&whole).map(task).collect())
-}
-
-/// The deepest folder that holds all files.
-fn common_folder(files: &[PathBuf]) -> PathBuf {
-    let mut common = files.first().and_then(|f| f.parent()).unwrap_or(Path::new("")).to_path_buf();
-    for file in files {
-        while !file.starts_with(&common) && common.pop() {}
-    }
-    common
 }

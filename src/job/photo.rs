@@ -256,6 +256,11 @@ fn cut_short(format: Format) -> String {
     format!("the {format} file is cut short: copy it again from the camera")
 }
 
+/// [`Picture::bytes_hash`] of a file's bytes.
+pub fn hash_bytes(bytes: &[u8]) -> u128 {
+    hash(&[bytes])
+}
+
 fn hash(parts: &[&[u8]]) -> u128 {
     let mut hasher = SipHasher13::new();
     for part in parts {

@@ -61,7 +61,10 @@ fn shrink<T: Copy + Into<f64>>(data: &[T], [width, height]: [usize; 2], longest:
         let sum: f64 = rows.flat_map(row).map(|s| (*s).into()).sum();
         (sum / count * 255.0 / most + 0.5) as u8
     };
-    let data = (0..size_px[1]).flat_map(|v| (0..size_px[0]).map(move |u| (u, v))).map(|(u, v)| pixel(u, v)).collect();
+    let data = (0..size_px[1])
+        .flat_map(|v| (0..size_px[0]).map(move |u| (u, v)))
+        .map(|(u, v)| pixel(u, v))
+        .collect();
     Raster { size_px, channels: 1, data }
 }
 

@@ -15,6 +15,9 @@ use crate::{
     job::{self, Key, Progress, Reply, Request},
 };
 
+/// Called when there is something to hear.
+pub(super) type Wake = Arc<dyn Fn() + Send + Sync>;
+
 /// What a lane says to its pool.
 pub(super) enum Message {
     Progress(Key, Progress),
@@ -38,7 +41,7 @@ pub(super) struct Lane {
 
 impl Lane {
     /// `wake` is called after each message.
-    pub(super) fn spawn(index: usize, messages: Sender<Message>, wake: Arc<dyn Fn() + Send + Sync>) -> Self {
+    pub(super) fn spawn(index: usize, messages: Sender<Message>, wake: Wake) -> Self {
         let (requests, inbox) = mpsc::channel::<Request>();
         let stop = Arc::new(AtomicBool::new(false));
         let (flag, out) = (stop.clone(), messages.clone());

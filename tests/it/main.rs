@@ -15,3 +15,4 @@ mod experiment;
 mod formats;
 mod layers;
 mod photographs;
+mod window;

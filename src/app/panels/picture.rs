@@ -145,7 +145,7 @@ fn picture(cx: &mut Cx<'_>, ui: &Ui, id: FrameId, place: &Place, clip: egui::Rec
         painter.image(texture.id(), place.rect, uv, egui::Color32::WHITE);
         return true;
     }
-    let seen = cx.state.data.inspections.get(&id);
+    let seen = cx.state.data.thumbnails.get(&id).and_then(|r| r.as_deref());
     if let Some(texture) = cx.textures.thumbnail(ui, id, seen) {
         painter.image(texture.id(), place.rect, uv, egui::Color32::WHITE);
     }
@@ -158,9 +158,10 @@ fn marked(frame: &FrameReport, place: &Place, times: f64) -> Vec<Mark> {
     corners
         .map(|(i, corner)| Mark {
             detected: place.point([corner.px.x, corner.px.y]),
-            projected: frame.residuals_px.get(i).map(|r| {
-                place.point([corner.px.x - times * r[0], corner.px.y - times * r[1]])
-            }),
+            projected: frame
+                .residuals_px
+                .get(i)
+                .map(|r| place.point([corner.px.x - times * r[0], corner.px.y - times * r[1]])),
         })
         .collect()
 }

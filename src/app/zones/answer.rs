@@ -22,8 +22,14 @@ use crate::{
 /// Draws the panel.
 pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
+    // Or the panel would shrink to the text that is in it while pictures are read.
+    ui.set_min_width(ui.available_width());
     let Some(answer) = cx.state.data.answer.clone() else {
-        let reading = if cx.state.data.stopped { "Stopped before a camera was found." } else { "Looking for boards…" };
+        let reading = if cx.state.data.stopped {
+            "Stopped before a camera was found."
+        } else {
+            "Looking for boards…"
+        };
         ui.add_space(4.0);
         ui.label(text(reading, font::semibold(font::LEAD), t.text2));
         return;
@@ -81,9 +87,24 @@ fn numbers(cx: &Cx<'_>, ui: &mut Ui, answer: &Answer, solution: &Solution) {
     };
     let u = &solution.uncertainty;
     let cells = [
-        (certainty(u.center_px), "px at centre", tone(u.center_px), "How far the place of a point in the middle of the picture would scatter if you calibrated again, 1 σ"),
-        (certainty(u.worst_corner_px), "px at corner", tone(u.worst_corner_px), "The same in the worst of the four corners of the picture"),
-        (significant(solution.rms_px, 3), "px RMS fit", t.ink, "Root mean square of the distances between detected and projected corners. It says how well the corners fit, not how good the camera is"),
+        (
+            certainty(u.center_px),
+            "px at centre",
+            tone(u.center_px),
+            "How far the place of a point in the middle of the picture would scatter if you calibrated again, 1 σ",
+        ),
+        (
+            certainty(u.worst_corner_px),
+            "px at corner",
+            tone(u.worst_corner_px),
+            "The same in the worst of the four corners of the picture",
+        ),
+        (
+            significant(solution.rms_px, 3),
+            "px RMS fit",
+            t.ink,
+            "Root mean square of the distances between detected and projected corners. It says how well the corners fit, not how good the camera is",
+        ),
         (used.to_string(), "used", t.ink, "Pictures that the calibration uses"),
     ];
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 42.0), Sense::hover());
@@ -91,8 +112,10 @@ fn numbers(cx: &Cx<'_>, ui: &mut Ui, answer: &Answer, solution: &Solution) {
     let mut x = rect.left();
     for (k, (number, what, color, help)) in cells.into_iter().enumerate() {
         let what = if k == 3 { format!("of {} used", answer.report().frames.len()) } else { what.to_owned() };
-        let part = egui::Rect::from_min_size(pos2(x, rect.top()), vec2(rect.width() * widths[k], rect.height()));
-        let response = ui.interact(part, ui.scope_id().with(("number", k)), Sense::hover()).on_hover_text(help);
+        let part =
+            egui::Rect::from_min_size(pos2(x, rect.top()), vec2(rect.width() * widths[k], rect.height()));
+        let response =
+            ui.interact(part, ui.scope_id().with(("number", k)), Sense::hover()).on_hover_text(help);
         named(&response, egui::Role::Label, true, &format!("{number} {what}"));
         ui.painter().text(part.left_top(), Align2::LEFT_TOP, &number, font::medium(font::NUMBER), color);
         let at = part.left_top() + vec2(0.0, 26.0);
@@ -171,7 +194,10 @@ fn camera(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let more = cx.state.screen.more;
             let glyph = if more { "less" } else { "more" };
-            let response = ui.add(egui::Button::new(text(glyph, font::regular(font::SMALL), t.text2)).fill(Color32::TRANSPARENT));
+            let response = ui.add(
+                egui::Button::new(text(glyph, font::regular(font::SMALL), t.text2))
+                    .fill(Color32::TRANSPARENT),
+            );
             if response.clicked() {
                 cx.show(|s| s.more = !more);
             }
@@ -193,27 +219,42 @@ fn camera(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
             None => [minus(significant_signed(value)), String::new()],
         };
         // Points stand below each other.
-        let (whole, rest) = shown.split_once('.').map_or((shown.as_str(), String::new()), |(w, r)| (w, format!(".{r}")));
+        let (whole, rest) =
+            shown.split_once('.').map_or((shown.as_str(), String::new()), |(w, r)| (w, format!(".{r}")));
         let point = rect.left() + 66.0;
         painter.text(pos2(point, y), Align2::RIGHT_CENTER, whole, small(), t.ink);
         painter.text(pos2(point, y), Align2::LEFT_CENTER, rest, small(), t.ink);
         let uncertain = i >= 4 && sigma.is_some_and(|s| value.abs() < 2.0 * s);
         if sigma.is_some() {
-            painter.text(pos2(rect.left() + 118.0, y), Align2::LEFT_CENTER, format!("± {bound}"), small(), t.text2);
+            painter.text(
+                pos2(rect.left() + 128.0, y),
+                Align2::LEFT_CENTER,
+                format!("± {bound}"),
+                small(),
+                t.text2,
+            );
         } else {
-            painter.text(pos2(rect.left() + 118.0, y), Align2::LEFT_CENTER, "held", small(), t.text3);
+            painter.text(pos2(rect.left() + 128.0, y), Align2::LEFT_CENTER, "held", small(), t.text3);
         }
         let right = pos2(rect.right(), y);
         let moved = ghost.as_deref().and_then(|g| {
             let before = g.solution()?;
             let old = before.camera.get(param.name)?;
-            let sigma = sigma.or_else(|| before.sigma.iter().find(|(n, _)| *n == param.name).and_then(|(_, s)| *s))?;
+            let sigma = sigma
+                .or_else(|| before.sigma.iter().find(|(n, _)| *n == param.name).and_then(|(_, s)| *s))?;
             ((value - old).abs() > 0.05 * sigma).then(|| minus(format!("{:+}", Rounded(value - old, sigma))))
         });
         if let Some(moved) = moved {
-            painter.text(right, Align2::RIGHT_CENTER, format!("Δ {moved}"), font::regular(font::SMALL), t.text3);
+            painter.text(
+                right,
+                Align2::RIGHT_CENTER,
+                format!("Δ {moved}"),
+                font::regular(font::SMALL),
+                t.text3,
+            );
         } else if uncertain {
-            let drawn = painter.text(right, Align2::RIGHT_CENTER, "not certain", font::regular(font::SMALL), t.text2);
+            let drawn =
+                painter.text(right, Align2::RIGHT_CENTER, "not certain", font::regular(font::SMALL), t.text2);
             painter.circle_filled(pos2(drawn.left() - 7.0, y), 3.0, t.warn);
         } else if param.unit == "px" {
             painter.text(right, Align2::RIGHT_CENTER, "px", font::regular(font::CAPTION), t.text3);
@@ -248,7 +289,9 @@ fn meaning(name: &str) -> &'static str {
         "fy" => "Focal length in heights of a pixel; equal to fx where pixels are square",
         "cx" => "Where the optical axis meets the picture, px from the centre of the first column",
         "cy" => "Where the optical axis meets the picture, px from the centre of the first row",
-        "k1" => "Radial distortion: negative bends lines outwards like a barrel, positive inwards like a pincushion",
+        "k1" => {
+            "Radial distortion: negative bends lines outwards like a barrel, positive inwards like a pincushion"
+        }
         "k2" => "Radial distortion further out, with the fourth power of the distance from the axis",
         "k3" => "Radial distortion at the very edge, with the sixth power: often not determined",
         "p1" => "Tangential distortion: the lens is tilted about the horizontal axis",
@@ -265,7 +308,12 @@ fn more(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
     ui.add_space(4.0);
     ui.horizontal_wrapped(|ui| {
         for param in solution.camera.spec().params.iter().skip(2) {
-            let held = cx.state.doc.fixed.iter().any(|f| matches!(f, Fix::Hold(n) | Fix::Value(n, _) if n == param.name));
+            let held = cx
+                .state
+                .doc
+                .fixed
+                .iter()
+                .any(|f| matches!(f, Fix::Hold(n) | Fix::Value(n, _) if n == param.name));
             let mut on = held;
             if ui.checkbox(&mut on, param.name).changed() {
                 cx.edit(|d| {
@@ -339,7 +387,8 @@ fn stopped(solution: &Solution) -> &'static str {
 /// RMS over the steps, logarithmic.
 fn steps(cx: &Cx<'_>, ui: &mut Ui, solution: &Solution) {
     let t = cx.t;
-    let values: Vec<f64> = solution.steps.iter().filter(|s| s.accepted).map(|s| s.rms_px.max(1e-12).log10()).collect();
+    let values: Vec<f64> =
+        solution.steps.iter().filter(|s| s.accepted).map(|s| s.rms_px.max(1e-12).log10()).collect();
     if values.len() < 2 {
         return;
     }
@@ -355,7 +404,11 @@ fn steps(cx: &Cx<'_>, ui: &mut Ui, solution: &Solution) {
     let points: Vec<_> = points.collect();
     for (at, value) in [(points[0], values[0]), (points[points.len() - 1], values[values.len() - 1])] {
         let label = format!("{} px", significant(10f64.powf(value), 2));
-        let (at, anchor) = if at == points[0] { (at + vec2(6.0, 0.0), Align2::LEFT_CENTER) } else { (at + vec2(6.0, -1.0), Align2::LEFT_CENTER) };
+        let (at, anchor) = if at == points[0] {
+            (at + vec2(6.0, 0.0), Align2::LEFT_CENTER)
+        } else {
+            (at + vec2(6.0, -1.0), Align2::LEFT_CENTER)
+        };
         ui.painter().text(at, anchor, label, font::regular(font::CAPTION), t.text3);
     }
     ui.painter().add(egui::Shape::line(points, Stroke::new(1.5, t.ink)));
@@ -370,23 +423,45 @@ fn correlation(cx: &Cx<'_>, ui: &mut Ui, solution: &Solution) {
     ui.add_space(4.0);
     let left = 22.0;
     let side = ((ui.available_width() - left) / n as f32).min(30.0);
-    let (rect, response) = ui.allocate_exact_size(vec2(left + side * n as f32, 16.0 + 18.0 * n as f32), Sense::hover());
+    let (rect, response) =
+        ui.allocate_exact_size(vec2(left + side * n as f32, 16.0 + 18.0 * n as f32), Sense::hover());
     named(&response, egui::Role::Image, true, "Correlation of the parameters");
     for i in 0..n {
         let y = rect.top() + 16.0 + 18.0 * i as f32;
-        ui.painter().text(pos2(rect.left(), y + 9.0), Align2::LEFT_CENTER, names[i], font::regular(10.0), t.text3);
+        ui.painter().text(
+            pos2(rect.left(), y + 9.0),
+            Align2::LEFT_CENTER,
+            names[i],
+            font::regular(10.0),
+            t.text3,
+        );
         let x = rect.left() + left + side * (i as f32 + 0.5);
-        ui.painter().text(pos2(x, rect.top() + 7.0), Align2::CENTER_CENTER, names[i], font::regular(10.0), t.text3);
+        ui.painter().text(
+            pos2(x, rect.top() + 7.0),
+            Align2::CENTER_CENTER,
+            names[i],
+            font::regular(10.0),
+            t.text3,
+        );
         for j in 0..n {
             let [a, b] = [solution.covariance[(i, i)], solution.covariance[(j, j)]];
             let r = if a > 0.0 && b > 0.0 { solution.covariance[(i, j)] / (a * b).sqrt() } else { 0.0 };
-            let cell = egui::Rect::from_min_size(pos2(rect.left() + left + side * j as f32, y), vec2(side - 1.0, 17.0));
+            let cell = egui::Rect::from_min_size(
+                pos2(rect.left() + left + side * j as f32, y),
+                vec2(side - 1.0, 17.0),
+            );
             let color = crate::app::style::signed(t, r);
             ui.painter().rect_filled(cell, 0.0, color);
             if i != j && r.abs() >= 0.3 {
                 let light = color.r() as u32 * 3 + color.g() as u32 * 6 + color.b() as u32 > 1400;
                 let ink = if light { Color32::from_gray(20) } else { Color32::from_gray(240) };
-                ui.painter().text(cell.center(), Align2::CENTER_CENTER, minus(format!("{:.0}", 100.0 * r)), font::regular(10.0), ink);
+                ui.painter().text(
+                    cell.center(),
+                    Align2::CENTER_CENTER,
+                    minus(format!("{:.0}", 100.0 * r)),
+                    font::regular(10.0),
+                    ink,
+                );
             }
         }
     }

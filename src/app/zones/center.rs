@@ -33,7 +33,9 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
                 ui.spacing_mut().item_spacing.x = 6.0;
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                if panel.tile != Tile::Picture && key_cap(ui, t, "Esc").interact(egui::Sense::click()).clicked() {
+                if panel.tile != Tile::Picture
+                    && key_cap(ui, t, "Esc").interact(egui::Sense::click()).clicked()
+                {
                     cx.show(|s| s.center = Tile::Picture);
                 }
                 (panel.switches)(cx, ui);

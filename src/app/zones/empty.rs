@@ -18,7 +18,12 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui, hovering: bool) {
     let rect = Rect::from_center_size(all.center(), size);
     ui.painter().rect_filled(rect, 10.0, if hovering { t.ctl } else { t.raised });
     let line = if hovering { t.ink } else { t.line2 };
-    ui.painter().extend(Shape::dashed_line(&rounded(rect.shrink(1.0), 10.0), Stroke::new(1.5, line), 8.0, 6.0));
+    ui.painter().extend(Shape::dashed_line(
+        &rounded(rect.shrink(1.0), 10.0),
+        Stroke::new(1.5, line),
+        8.0,
+        6.0,
+    ));
     let drop = ui.interact(rect, ui.scope_id().with("drop target"), Sense::hover());
     named(&drop, egui::Role::Group, true, "Drop a folder of board pictures here");
 
@@ -44,7 +49,8 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui, hovering: bool) {
         painter.text(at, Align2::CENTER_CENTER, line, font::regular(font::BODY), t.text2);
     }
     let row = Rect::from_center_size(pos2(middle, y + 100.0), vec2(420.0_f32.min(rect.width()), 34.0));
-    let mut ui = ui.new_child(UiBuilder::new().max_rect(row).layout(egui::Layout::left_to_right(egui::Align::Center)));
+    let mut ui =
+        ui.new_child(UiBuilder::new().max_rect(row).layout(egui::Layout::left_to_right(egui::Align::Center)));
     ui.spacing_mut().button_padding.x = 14.0;
     ui.spacing_mut().item_spacing.x = 10.0;
     if primary(&mut ui, t, icon::FOLDER, "Open folder…", 32.0).clicked() {

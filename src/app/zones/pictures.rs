@@ -151,9 +151,21 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
                 Some(f) if f > 0 && line == f => {
                     let n = rows.len() - f;
                     let at = pos2(rect.left() + 10.0, rect.bottom() - 14.0);
-                    ui.painter().text(at, Align2::LEFT_CENTER, "Set aside", font::semibold(font::SMALL), t.ink);
+                    ui.painter().text(
+                        at,
+                        Align2::LEFT_CENTER,
+                        "Set aside",
+                        font::semibold(font::SMALL),
+                        t.ink,
+                    );
                     let at = at + vec2(62.0, 0.0);
-                    ui.painter().text(at, Align2::LEFT_CENTER, n.to_string(), font::regular(font::SMALL), t.text3);
+                    ui.painter().text(
+                        at,
+                        Align2::LEFT_CENTER,
+                        n.to_string(),
+                        font::regular(font::SMALL),
+                        t.text3,
+                    );
                 }
                 Some(f) if f > 0 && line > f => row(cx, ui, rect, &response, &rows[line - 1], selected),
                 _ => row(cx, ui, rect, &response, &rows[line], selected),
@@ -190,7 +202,8 @@ fn head(cx: &mut Cx<'_>, ui: &mut Ui, rows: &[Row]) {
             });
             let label = RichText::new(format!("{}  {}", icon::SORT_UP, cx.state.screen.sort.name()));
             let sort = ui.add(
-                egui::Button::new(label.font(font::regular(font::BODY)).color(t.text2)).fill(Color32::TRANSPARENT),
+                egui::Button::new(label.font(font::regular(font::BODY)).color(t.text2))
+                    .fill(Color32::TRANSPARENT),
             );
             named(&sort, egui::Role::Button, true, "Sort");
             egui::Popup::menu(&sort).show(|ui| {
@@ -216,7 +229,14 @@ fn columns(rect: Rect) -> [f32; 4] {
     [right - 114.0, right - 79.0, right - 32.0, right]
 }
 
-fn row(cx: &mut Cx<'_>, ui: &mut Ui, rect: Rect, response: &egui::Response, row: &Row, selected: Option<FrameId>) {
+fn row(
+    cx: &mut Cx<'_>,
+    ui: &mut Ui,
+    rect: Rect,
+    response: &egui::Response,
+    row: &Row,
+    selected: Option<FrameId>,
+) {
     let t = cx.t;
     let is_selected = selected == Some(row.id);
     let says = row.badge.map_or("", |b| b.0);
@@ -242,8 +262,16 @@ fn row(cx: &mut Cx<'_>, ui: &mut Ui, rect: Rect, response: &egui::Response, row:
     let ink = if quiet { t.text2 } else { t.ink };
     let left = rect.left() + 87.0;
     let badge_room = if row.badge.is_some() { 74.0 } else { 0.0 };
-    let text_clip = Rect::from_min_max(pos2(left, rect.top()), pos2(rect.right() - 8.0 - badge_room, rect.bottom()));
-    elided(painter, pos2(left, rect.top() + 13.0), text_clip.width(), &row.name, font::medium(font::BODY), ink);
+    let text_clip =
+        Rect::from_min_max(pos2(left, rect.top()), pos2(rect.right() - 8.0 - badge_room, rect.bottom()));
+    elided(
+        painter,
+        pos2(left, rect.top() + 13.0),
+        text_clip.width(),
+        &row.name,
+        font::medium(font::BODY),
+        ink,
+    );
     if let Some((word, is_warning)) = row.badge {
         let at = pos2(rect.right() - 10.0, rect.top() + 13.0);
         let drawn = painter.text(at, Align2::RIGHT_CENTER, word, font::regular(font::SMALL), t.text2);
@@ -252,7 +280,14 @@ fn row(cx: &mut Cx<'_>, ui: &mut Ui, rect: Rect, response: &egui::Response, row:
     }
     let y = rect.top() + 31.0;
     if quiet && !row.why.is_empty() {
-        elided(painter, pos2(left, y), rect.right() - 10.0 - left, &row.why, font::regular(font::SMALL), t.text3);
+        elided(
+            painter,
+            pos2(left, y),
+            rect.right() - 10.0 - left,
+            &row.why,
+            font::regular(font::SMALL),
+            t.text3,
+        );
     } else {
         for (x, number) in columns(rect).into_iter().zip(&row.numbers) {
             painter.text(pos2(x, y), Align2::RIGHT_CENTER, number, font::regular(font::SMALL), t.text2);
@@ -294,7 +329,7 @@ fn eye(cx: &mut Cx<'_>, ui: &mut Ui, at: Pos2, row: &Row) {
 pub fn thumbnail(cx: &mut Cx<'_>, ui: &Ui, place: Rect, id: FrameId, quiet: bool) {
     let t: &Tokens = cx.t;
     ui.painter().rect_filled(place, 3.0, t.canvas);
-    let seen = cx.state.data.inspections.get(&id);
+    let seen = cx.state.data.thumbnails.get(&id).and_then(|r| r.as_deref());
     let Some(texture) = cx.textures.thumbnail(ui, id, seen) else { return };
     let size = texture.size_vec2();
     // The middle of the picture fills the place.

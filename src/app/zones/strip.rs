@@ -84,7 +84,8 @@ fn one(cx: &mut Cx<'_>, ui: &mut Ui, stage: &Stage) {
     }
     if let Some(share) = stage.share {
         let y = rect.bottom() + 1.0;
-        let line = Rect::from_min_max(pos2(rect.left(), y - 1.0), pos2(rect.left() + rect.width() * share, y + 1.0));
+        let line =
+            Rect::from_min_max(pos2(rect.left(), y - 1.0), pos2(rect.left() + rect.width() * share, y + 1.0));
         ui.painter().rect_filled(line, 0.0, t.accent);
     }
     if response.has_focus() {
@@ -105,7 +106,15 @@ fn stages(state: &State) -> Vec<Stage> {
     let share = all.checked_sub(0).filter(|n| *n > 0).map(|n| read as f32 / n as f32);
     let answer = state.data.answer.as_deref();
     let report = answer.map(|a| a.report());
-    let stage = |name, detail: String, ended, tile, sheet| Stage { name, detail, ended, share: None, tile, page: 0, sheet };
+    let stage = |name, detail: String, ended, tile, sheet| Stage {
+        name,
+        detail,
+        ended,
+        share: None,
+        tile,
+        page: 0,
+        sheet,
+    };
     let found = report.map(|r| r.frames.iter().filter(|f| f.found).count());
     let corners: usize = report.iter().flat_map(|r| r.included()).map(|f| f.corners.len()).sum();
     let possible = report.and_then(|r| Some(r.settings.board?.len() * found?)).unwrap_or(0);
@@ -157,7 +166,13 @@ fn stages(state: &State) -> Vec<Stage> {
     ));
     let straight = state.data.straight.as_ref().is_some_and(|s| s.raster.is_ok());
     let ready = if straight { "ready" } else { "" };
-    let mut last = stage("Straighten", minus(ready), (straight && solved.is_some()).then_some(Level::Good), Tile::Lens, false);
+    let mut last = stage(
+        "Straighten",
+        minus(ready),
+        (straight && solved.is_some()).then_some(Level::Good),
+        Tile::Lens,
+        false,
+    );
     last.page = 0;
     list.push(last);
     list

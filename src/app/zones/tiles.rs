@@ -42,7 +42,12 @@ fn tile(cx: &mut Cx<'_>, ui: &mut Ui, panel: &crate::app::panels::Panel, rect: R
         ui.painter().rect_stroke(rect, 6.0, Stroke::new(1.0, fill), egui::StrokeKind::Inside);
     }
     if response.has_focus() {
-        ui.painter().rect_stroke(rect.expand(1.0), 7.0, Stroke::new(2.0, t.accent), egui::StrokeKind::Outside);
+        ui.painter().rect_stroke(
+            rect.expand(1.0),
+            7.0,
+            Stroke::new(2.0, t.accent),
+            egui::StrokeKind::Outside,
+        );
     }
     if response.clicked() {
         cx.show(|s| s.center = panel.tile);

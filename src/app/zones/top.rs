@@ -105,9 +105,12 @@ fn open(cx: &mut Cx<'_>, ui: &mut Ui) {
 fn title(cx: &mut Cx<'_>, ui: &mut Ui) {
     let name = folder(cx);
     ui.label(text(name, font::medium(font::BODY), cx.t.ink));
-    let size = cx.state.data.solved().map(|(_, s)| s.camera.size_px).or_else(|| {
-        cx.state.data.inspections.values().find_map(|i| i.as_ref().ok().map(|i| i.size_px))
-    });
+    let size = cx
+        .state
+        .data
+        .solved()
+        .map(|(_, s)| s.camera.size_px)
+        .or_else(|| cx.state.data.inspections.values().find_map(|i| i.as_ref().ok().map(|i| i.size_px)));
     if let Some([w, h]) = size {
         ui.label(text(format!("{w} × {h}"), font::regular(font::BODY), cx.t.text3));
     }
@@ -126,11 +129,19 @@ fn folder(cx: &Cx<'_>) -> String {
 }
 
 /// A chip that opens a popover.
-fn chip(cx: &mut Cx<'_>, ui: &mut Ui, glyph: &str, label: &str, quiet: &str, content: impl FnOnce(&mut Cx<'_>, &mut Ui)) {
+fn chip(
+    cx: &mut Cx<'_>,
+    ui: &mut Ui,
+    glyph: &str,
+    label: &str,
+    quiet: &str,
+    content: impl FnOnce(&mut Cx<'_>, &mut Ui),
+) {
     let t = cx.t;
     let mut job = egui::text::LayoutJob::default();
     let mut add = |s: &str, font, color| {
-        let format = egui::TextFormat { font_id: font, color, valign: egui::Align::Center, ..Default::default() };
+        let format =
+            egui::TextFormat { font_id: font, color, valign: egui::Align::Center, ..Default::default() };
         job.append(s, 0.0, format);
     };
     add(&format!("{glyph}  "), font::regular(15.0), t.text2);
@@ -199,7 +210,10 @@ fn field(ui: &mut Ui, label: &str, id: &str, shown: &str, hint: &str) -> Option<
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let id = egui::Id::unique(id);
             let mut buffer = ui.data(|d| d.get_temp::<String>(id)).unwrap_or_else(|| shown.to_owned());
-            let edit = egui::TextEdit::singleline(&mut buffer).desired_width(110.0).hint_text(hint).id(id.with("edit"));
+            let edit = egui::TextEdit::singleline(&mut buffer)
+                .desired_width(110.0)
+                .hint_text(hint)
+                .id(id.with("edit"));
             let response = ui.add(edit).labelled_by(name.id);
             if response.has_focus() {
                 ui.data_mut(|d| d.insert_temp(id, buffer));

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::job::store;
 use crate::{
     calib::{
         Error, Result,
@@ -10,7 +11,7 @@ use crate::{
         number::within_px,
         report::{FrameReport, Report},
     },
-    cli::{files, say},
+    cli::say,
 };
 
 /// Writes a camera file; answers what to say about it.
@@ -21,7 +22,7 @@ pub(super) fn camera(report: &Report, destination: &Destination) -> Result<Strin
         .ok_or_else(|| Error::Invalid("there is no calibration to write".to_owned()))?;
     let export = Export { camera: &solution.camera, evidence: &evidence(report), report: Some(report) };
     let written = format::write(destination.format, &export)?;
-    files::write(Path::new(&destination.path), written.text.as_bytes())?;
+    store::write(Path::new(&destination.path), written.text.as_bytes())?;
     let mut said = format!(
         "wrote {} ({}; read back, it projects {})",
         destination.path,
@@ -36,7 +37,7 @@ pub(super) fn camera(report: &Report, destination: &Destination) -> Result<Strin
 
 /// Writes the page of the evidence.
 pub(super) fn page(report: &Report, path: &Path) -> Result<String> {
-    files::write(path, html::page(report).as_bytes())?;
+    store::write(path, html::page(report).as_bytes())?;
     Ok(format!("wrote {} (the evidence as one page)", path.display()))
 }
 

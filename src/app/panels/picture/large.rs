@@ -13,7 +13,10 @@ use crate::{
         style::{CASING, DETECTED, ON_PLATE, PROJECTED, RESIDUAL, font},
         widgets::{button, empty, minus, named, plate, text},
     },
-    calib::{observation::{Corner, FrameId}, report::FrameReport},
+    calib::{
+        observation::{Corner, FrameId},
+        report::FrameReport,
+    },
 };
 
 /// Side of the loupe and pixels across it.
@@ -110,7 +113,13 @@ fn order(painter: &egui::Painter, list: &[Mark], frame: &FrameReport) {
         if ends || points.len() <= 60 {
             let font = font::regular(if ends { font::SMALL } else { 10.0 });
             let label = frame.corners[i].index.to_string();
-            painter.text(*at + vec2(6.0, -6.0) + vec2(1.0, 1.0), Align2::LEFT_BOTTOM, &label, font.clone(), Color32::BLACK);
+            painter.text(
+                *at + vec2(6.0, -6.0) + vec2(1.0, 1.0),
+                Align2::LEFT_BOTTOM,
+                &label,
+                font.clone(),
+                Color32::BLACK,
+            );
             painter.text(*at + vec2(6.0, -6.0), Align2::LEFT_BOTTOM, &label, font, ON_PLATE);
         }
     }
@@ -168,16 +177,25 @@ fn moved(cx: &mut Cx<'_>, ui: &Ui, response: &egui::Response, place: &Place, fit
 }
 
 /// The pixels around a corner, and its values.
-fn loupe(cx: &mut Cx<'_>, ui: &mut Ui, id: FrameId, frame: &FrameReport, all: Rect, place: &Place, beside: bool) {
+fn loupe(
+    cx: &mut Cx<'_>,
+    ui: &mut Ui,
+    id: FrameId,
+    frame: &FrameReport,
+    all: Rect,
+    place: &Place,
+    beside: bool,
+) {
     let t = cx.t;
     let Some(i) = selected(cx, frame) else { return };
     let corner = frame.corners[i];
     if !beside && cx.state.screen.corner.is_none() {
         return;
     }
-    let mut rect = Rect::from_min_size(pos2(all.right() - MARGIN - LOUPE, all.top() + MARGIN + 6.0), vec2(LOUPE, LOUPE));
+    let mut rect =
+        Rect::from_min_size(pos2(all.right() - MARGIN - LOUPE, all.top() + MARGIN + 6.0), vec2(LOUPE, LOUPE));
     if beside {
-        rect = rect.translate(vec2(0.0, (place.rect.top() - rect.top()).max(0.0).min(6.0)));
+        rect = rect.translate(vec2(0.0, (place.rect.top() - rect.top()).clamp(0.0, 6.0)));
     } else {
         // Away from the corner that it shows.
         let at = place.point([corner.px.x, corner.px.y]);
@@ -202,7 +220,14 @@ fn loupe(cx: &mut Cx<'_>, ui: &mut Ui, id: FrameId, frame: &FrameReport, all: Re
     values(cx, &mut ui, id, frame, corner, frame.residuals_px.get(i).copied());
 }
 
-fn values(cx: &mut Cx<'_>, ui: &mut Ui, id: FrameId, frame: &FrameReport, corner: Corner, residual: Option<[f64; 2]>) {
+fn values(
+    cx: &mut Cx<'_>,
+    ui: &mut Ui,
+    id: FrameId,
+    frame: &FrameReport,
+    corner: Corner,
+    residual: Option<[f64; 2]>,
+) {
     let t = cx.t;
     let board = cx.state.data.answer.as_deref().and_then(|a| a.report().settings.board);
     let small = || font::regular(font::SMALL);
@@ -244,7 +269,11 @@ fn values(cx: &mut Cx<'_>, ui: &mut Ui, id: FrameId, frame: &FrameReport, corner
             });
         }
         let lost = dropped_of(cx, id);
-        if !lost.is_empty() && button(ui, t, "", "Restore", 22.0).on_hover_text("Brings back the dropped corners of this picture").clicked() {
+        if !lost.is_empty()
+            && button(ui, t, "", "Restore", 22.0)
+                .on_hover_text("Brings back the dropped corners of this picture")
+                .clicked()
+        {
             cx.edit(|d| {
                 let mut dropped = d.dropped.as_ref().clone();
                 dropped.retain(|(frame, _)| *frame != id);

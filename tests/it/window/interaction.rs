@@ -1,0 +1,197 @@
+//! From a click to what it changes.
+
+use egui::{Key, Modifiers, Theme};
+use egui_kittest::kittest::Queryable as _;
+use straightedge::{app::action::Action, app::panels::Tile, calib::camera::Model};
+
+use super::{click, demonstrated, drop_on, is_on, key, opened, pictures, says, settle, until, window};
+
+const SIZE: [f32; 2] = [1280.0, 720.0];
+
+#[test]
+fn the_demo_fills_the_list_and_knows_the_truth() {
+    let mut window = window(SIZE, Theme::Dark);
+    window.run_ok();
+    assert!(says(&window, "Drop a folder of board pictures"));
+    click(&mut window, "Try the demo");
+    settle(&mut window);
+    for name in ["view01", "view09"] {
+        assert!(says(&window, name), "{name}");
+    }
+    let state = &window.state().state;
+    let (answer, solution) = state.data.solved().unwrap();
+    assert_eq!(answer.report().included().count(), 15);
+    assert!(solution.rms_px < 0.012 && solution.truth.len() == 9);
+    click(&mut window, "more");
+    assert!(says(&window, "Against the truth"));
+}
+
+#[test]
+fn a_dropped_folder_is_calibrated_and_broken_files_say_why() {
+    let folder = tempfile::tempdir().unwrap();
+    pictures(folder.path(), 0..5);
+    std::fs::write(folder.path().join("broken.png"), b"\x89PNG\r\n\x1a\nnot really").unwrap();
+    std::fs::write(folder.path().join("empty.jpg"), b"").unwrap();
+    std::fs::write(folder.path().join("notes.txt"), b"no picture").unwrap();
+    let mut window = window(SIZE, Theme::Dark);
+    window.run_ok();
+    drop_on(&mut window, folder.path().to_owned());
+    until(&mut window, |app| !app.state.doc.frames.is_empty());
+    settle(&mut window);
+    let state = &window.state().state;
+    assert_eq!(state.doc.frames.len(), 7);
+    let report = state.data.answer.as_ref().unwrap().report();
+    assert_eq!(report.included().count(), 5);
+    assert!(report.solution.is_some());
+    for name in ["broken", "empty"] {
+        let frame = report.frames.iter().find(|f| f.name().starts_with(name)).unwrap();
+        assert!(!frame.included && frame.why.len() > 10, "{}", frame.why);
+        assert!(says(&window, &frame.why), "{}", frame.why);
+    }
+}
+
+#[test]
+fn what_is_no_picture_says_so_and_leaves_what_is_open() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("notes.txt"), b"no picture").unwrap();
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    let before = key(&window);
+    drop_on(&mut window, folder.path().to_owned());
+    until(&mut window, |app| app.state.screen.notice.is_some());
+    window.run_ok();
+    assert!(says(&window, "No pictures in"));
+    assert_eq!(key(&window), before);
+    click(&mut window, "Dismiss");
+    assert!(!says(&window, "No pictures in"));
+}
+
+#[test]
+fn setting_aside_is_undone_bit_for_bit() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    let before = window.state().state.data.answer.clone().unwrap();
+    click(&mut window, "Set aside view03");
+    settle(&mut window);
+    let without = window.state().state.data.answer.clone().unwrap();
+    assert_eq!(without.report().included().count(), 14);
+    assert_ne!(before.solution().unwrap().camera, without.solution().unwrap().camera);
+    assert!(says(&window, "set aside by you"));
+    click(&mut window, "Undo");
+    settle(&mut window);
+    let after = window.state().state.data.answer.clone().unwrap();
+    assert!(std::sync::Arc::ptr_eq(&before, &after), "the same answer, not a new one");
+    click(&mut window, "Redo");
+    settle(&mut window);
+    assert!(std::sync::Arc::ptr_eq(&without, window.state().state.data.answer.as_ref().unwrap()));
+    window.key_press(Key::Space);
+    window.run_ok();
+    settle(&mut window);
+    assert_eq!(window.state().state.doc.excluded.len(), 2, "the space bar sets the selected one aside");
+}
+
+#[test]
+fn the_lens_is_a_choice() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    let title = Model::Brown5.spec().title;
+    click(&mut window, title);
+    click(&mut window, Model::Pinhole.spec().title);
+    settle(&mut window);
+    let (_, solution) = window.state().state.data.solved().unwrap();
+    assert_eq!(solution.camera.model, Model::Pinhole);
+    assert!(solution.rms_px > 0.1, "the demo's lens bends: {}", solution.rms_px);
+}
+
+#[test]
+fn a_square_is_typed_as_people_write_it() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    let distance = |window: &egui_kittest::Harness<'_, straightedge::app::App>| {
+        window.state().state.data.answer.as_ref().unwrap().report().frames[0].distance.unwrap()
+    };
+    let board = window.get_all_by_label_contains("9 × 6").next().unwrap();
+    board.click();
+    window.run_ok();
+    let fx = window.state().state.data.solved().unwrap().1.camera.params[0];
+    for (typed, edge) in [("25,4 mm", 25.4), ("1 in", 1.0)] {
+        window.get_by_label("Edge of a square").focus();
+        window.run_ok();
+        window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        window.get_by_label("Edge of a square").type_text(typed);
+        window.run_ok();
+        window.key_press(Key::Enter);
+        settle(&mut window);
+        assert_eq!(window.state().state.doc.square.map(|s| s.value), Some(edge), "{typed}");
+        let camera = &window.state().state.data.solved().unwrap().1.camera;
+        assert!((camera.params[0] - fx).abs() < 1e-6 * fx, "the square scales distances only");
+        let report = window.state().state.data.answer.as_ref().unwrap().report().clone();
+        assert!((report.settings.square - edge).abs() < 1e-12 && distance(&window) > 5.0 * edge);
+    }
+}
+
+#[test]
+fn reading_can_be_cancelled_and_gone_on_with() {
+    let mut window = window(SIZE, Theme::Dark);
+    window.state_mut().act(Action::Open(straightedge::app::action::demo()));
+    until(&mut window, |app| app.state.data.inspections.len() >= 2);
+    click(&mut window, "Cancel");
+    until(&mut window, |app| !app.is_busy());
+    let read = window.state().state.data.inspections.len();
+    assert!(read < 15, "{read}");
+    click(&mut window, "Go on");
+    settle(&mut window);
+    assert_eq!(window.state().state.data.inspections.len(), 15);
+    assert!(window.state().state.data.solved().is_some());
+}
+
+#[test]
+fn keys_and_tiles_swap_panels() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    for (key, tile) in [
+        (Key::Num2, Tile::Poses),
+        (Key::Num3, Tile::Errors),
+        (Key::Num4, Tile::Coverage),
+        (Key::Num5, Tile::Lens),
+        (Key::Escape, Tile::Picture),
+    ] {
+        window.key_press(key);
+        window.run_ok();
+        assert_eq!(window.state().state.screen.center, tile);
+    }
+    let errors = window.get_all_by_label_contains("Errors, ").next().unwrap();
+    errors.click();
+    window.run_ok();
+    assert_eq!(window.state().state.screen.center, Tile::Errors);
+    window.key_press(Key::Escape);
+    window.key_press(Key::ArrowDown);
+    window.run_ok();
+    assert_eq!(window.state().state.selected().map(|id| id.0), Some(1));
+    let before = is_on(&window, "Order");
+    click(&mut window, "Order");
+    assert_ne!(is_on(&window, "Order"), before);
+}
+
+#[test]
+fn a_corner_is_dropped_and_restored() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    let before = key(&window);
+    click(&mut window, "Drop corner");
+    settle(&mut window);
+    let corners: usize =
+        window.state().state.data.answer.as_ref().unwrap().report().included().map(|f| f.corners.len()).sum();
+    assert_eq!(corners, 15 * 54 - 1);
+    click(&mut window, "Restore");
+    settle(&mut window);
+    assert_eq!(key(&window), before);
+}
+
+#[test]
+fn more_pictures_are_added_to_those_that_are_open() {
+    let folder = tempfile::tempdir().unwrap();
+    pictures(folder.path(), 0..4);
+    let mut window = window(SIZE, Theme::Dark);
+    let all: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().path()).collect();
+    opened(&mut window, all[..2].to_vec());
+    assert_eq!(window.state().state.doc.frames.len(), 2);
+    opened(&mut window, all.clone());
+    until(&mut window, |app| app.state.doc.frames.len() == 4);
+    settle(&mut window);
+    assert_eq!(window.state().state.data.answer.as_ref().unwrap().report().included().count(), 4);
+}
