@@ -3,14 +3,16 @@
 //! One package, one library, one thin binary. Each module knows only those below it:
 //!
 //! ```text
+//!   app      the window: draws state, collects actions
 //!   cli      headless commands, progress bars
 //!   worker   queue + lanes: runs jobs on threads
 //!   job      Request → Reply: plain data, one fn run(); the only place that reads photographs
 //!   calib    geometry, vision, optimisation, statistics, rendering, formats
 //! ```
 //!
-//! The data flows one way: paths → inspections → problem → calibration → report. See `ARCHITECTURE.md`.
+//! The data flows one way: folder → action → plan → job → reply → state → panel. See `ARCHITECTURE.md`.
 
+#[cfg(feature = "window")]
 pub mod app;
 pub mod calib;
 pub mod cli;

@@ -1,5 +1,9 @@
 //! The `straightedge` command.
 
 fn main() -> std::process::ExitCode {
-    straightedge::cli::main(straightedge::app::run)
+    #[cfg(feature = "window")]
+    let window = straightedge::app::run;
+    #[cfg(not(feature = "window"))]
+    let window = |_| Err("this program was built without it".to_owned());
+    straightedge::cli::main(window)
 }

@@ -151,8 +151,8 @@ pub struct Screen {
     pub pages: [usize; 5],
     /// What is drawn over pictures.
     pub layers: Layers,
-    /// How much longer residuals are drawn.
-    pub times: f64,
+    /// How much longer residuals are drawn; none lets their size decide.
+    pub times: Option<f64>,
     /// Whether all pictures are shown at once.
     pub sheet: bool,
     /// Where the picture is looked at from.
@@ -185,7 +185,7 @@ impl Default for Screen {
             center: Tile::Picture,
             pages: [0; 5],
             layers: Layers::default(),
-            times: 100.0,
+            times: None,
             sheet: false,
             view: None,
             sort: Sort::default(),

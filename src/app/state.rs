@@ -21,6 +21,9 @@ use crate::{
     job::{Inspection, Key, Source, evidence::Evidence, raster::Raster},
 };
 
+/// Factors by which residuals can be drawn longer.
+pub const TIMES: [f64; 7] = [1.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0];
+
 /// A picture that was opened.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
@@ -224,6 +227,16 @@ impl State {
             });
             used.or_else(|| self.doc.frames.first().map(|f| f.id))
         })
+    }
+
+    /// How much longer residuals are drawn: as chosen, or so that large ones reach a fair part of a square.
+    pub fn times(&self) -> f64 {
+        let fitting = || {
+            let (_, solution) = self.data.solved()?;
+            let room = f64::from(solution.camera.size_px[0].min(solution.camera.size_px[1])) / 14.0;
+            TIMES.into_iter().rev().find(|times| times * solution.stats.p95 <= room)
+        };
+        self.screen.times.or_else(fitting).unwrap_or(TIMES[0])
     }
 
     /// Whether a picture takes part as far as the user decides.

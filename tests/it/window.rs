@@ -31,7 +31,12 @@ fn window(size: [f32; 2], theme: Theme) -> Harness<'static, App> {
     with_home(size, theme, Vec::new(), None)
 }
 
-fn with_home(size: [f32; 2], theme: Theme, paths: Vec<PathBuf>, home: Option<PathBuf>) -> Harness<'static, App> {
+fn with_home(
+    size: [f32; 2],
+    theme: Theme,
+    paths: Vec<PathBuf>,
+    home: Option<PathBuf>,
+) -> Harness<'static, App> {
     Harness::builder()
         .with_size(size)
         .with_theme(theme)

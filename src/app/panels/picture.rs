@@ -10,7 +10,7 @@ use crate::{
     app::{
         cx::Cx,
         picture_view::{Mark, Place, marks},
-        state::State,
+        state::{State, TIMES},
         style::icon,
         widgets::{icon_button, named, toggle},
     },
@@ -28,9 +28,6 @@ pub const PANEL: Panel = Panel {
     pages: &[Page { name: "Picture", show }],
     switches,
 };
-
-/// Factors by which residuals can be drawn longer.
-const TIMES: [f64; 6] = [1.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
 
 fn caption(state: &State) -> String {
     state.selected().map(|id| state.name(id)).unwrap_or_default()
@@ -83,7 +80,7 @@ fn head(cx: &mut Cx<'_>, ui: &mut Ui) {
     if toggle(ui, t, layers.order, "Order").on_hover_text("The order of the corners on the board").clicked() {
         cx.show(|s| s.layers.order = !layers.order);
     }
-    let times = cx.state.screen.times;
+    let times = cx.state.times();
     let help = "Where the camera projects the corners; the distance is drawn this many times longer";
     if toggle(ui, t, layers.reprojected, "Reprojected").on_hover_text(help).clicked() {
         cx.show(|s| s.layers.reprojected = !layers.reprojected);
@@ -95,7 +92,7 @@ fn head(cx: &mut Cx<'_>, ui: &mut Ui) {
         egui::Popup::menu(&response).show(|ui| {
             for choice in TIMES {
                 if ui.selectable_label(choice == times, format!("×{choice}")).clicked() {
-                    cx.show(|s| s.times = choice);
+                    cx.show(|s| s.times = Some(choice));
                 }
             }
         });

@@ -121,7 +121,7 @@ pub fn rows(state: &State) -> Vec<Row> {
 pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
     let rows = rows(cx.state);
-    head(cx, ui, &rows);
+    head(cx, ui);
     let first_aside = rows.iter().position(|r| !r.used && !r.why.is_empty() && r.why != "not read yet");
     let lines = rows.len() + usize::from(first_aside.is_some_and(|f| f > 0));
     ui.spacing_mut().item_spacing.y = 0.0;
@@ -182,13 +182,9 @@ fn head(cx: &mut Cx<'_>, ui: &mut Ui, rows: &[Row]) {
         ui.set_height(28.0);
         ui.add_space(10.0);
         ui.label(text("Pictures", font::semibold(font::BODY), t.ink));
-        let used = rows.iter().filter(|r| r.used).count();
-        let aside = rows.len() - used;
-        let waiting = cx.state.waiting();
-        let mut counts = format!("{used} used");
-        if aside > 0 && waiting == 0 {
-            counts += &format!(", {aside} aside");
-        }
+        let used = cx.state.data.answer.as_deref().map_or(0, |a| a.report().included().count());
+        let all = cx.state.doc.frames.len();
+        let counts = if used == all { format!("{used} used") } else { format!("{used} of {all} used") };
         ui.label(text(counts, font::regular(font::BODY), t.text3));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.add_space(4.0);

@@ -132,7 +132,7 @@ fn folder(cx: &Cx<'_>) -> String {
 fn chip(
     cx: &mut Cx<'_>,
     ui: &mut Ui,
-    glyph: &str,
+    [name, glyph]: [&str; 2],
     label: &str,
     quiet: &str,
     content: impl FnOnce(&mut Cx<'_>, &mut Ui),
@@ -151,11 +151,12 @@ fn chip(
     }
     add(&format!("  {}", icon::CARET_DOWN), font::regular(11.0), t.text2);
     let response = ui.add(egui::Button::new(job).min_size(vec2(0.0, 26.0)));
-    named(&response, egui::Role::Button, true, format!("{label} {quiet}").trim());
+    named(&response, egui::Role::Button, true, format!("{name}, {label} {quiet}").trim());
     Popup::from_toggle_button_response(&response)
         .close_behavior(PopupCloseBehavior::CloseOnClickOutside)
         .show(|ui| {
             ui.set_width(280.0);
+            ui.add_space(2.0);
             ui.spacing_mut().item_spacing.y = 6.0;
             content(cx, ui);
         });
@@ -173,7 +174,7 @@ fn board(cx: &mut Cx<'_>, ui: &mut Ui) {
     if let Some(square) = square {
         label += &format!(", {square}");
     }
-    chip(cx, ui, icon::BOARD, &label, if guessed { "guessed" } else { "" }, |cx, ui| {
+    chip(cx, ui, ["Board", icon::BOARD], &label, if guessed { "guessed" } else { "" }, |cx, ui| {
         let t = cx.t;
         ui.label(text("Board", font::semibold(font::BODY), t.ink));
         let shown = size.map(|b| b.to_string()).unwrap_or_default();
@@ -233,7 +234,7 @@ fn lens(cx: &mut Cx<'_>, ui: &mut Ui) {
     let model = cx.state.doc.model.or(solved);
     let label = model.map_or("Lens", |m| m.spec().title);
     let quiet = if cx.state.doc.model.is_none() { "chosen" } else { "" };
-    chip(cx, ui, icon::APERTURE, label, quiet, |cx, ui| {
+    chip(cx, ui, ["Lens", icon::APERTURE], label, quiet, |cx, ui| {
         let t = cx.t;
         ui.label(text("Lens", font::semibold(font::BODY), t.ink));
         let now = cx.state.doc.model;

@@ -15,7 +15,7 @@ fn the_demo_fills_the_list_and_knows_the_truth() {
     assert!(says(&window, "Drop a folder of board pictures"));
     click(&mut window, "Try the demo");
     settle(&mut window);
-    for name in ["view01", "view09"] {
+    for name in ["view_01", "view_09"] {
         assert!(says(&window, name), "{name}");
     }
     let state = &window.state().state;
@@ -69,12 +69,13 @@ fn what_is_no_picture_says_so_and_leaves_what_is_open() {
 fn setting_aside_is_undone_bit_for_bit() {
     let mut window = demonstrated(SIZE, Theme::Dark);
     let before = window.state().state.data.answer.clone().unwrap();
-    click(&mut window, "Set aside view03");
+    click(&mut window, "Set aside view_03");
     settle(&mut window);
     let without = window.state().state.data.answer.clone().unwrap();
     assert_eq!(without.report().included().count(), 14);
     assert_ne!(before.solution().unwrap().camera, without.solution().unwrap().camera);
-    assert!(says(&window, "set aside by you"));
+    let rows = straightedge::app::zones::pictures::rows(&window.state().state);
+    assert_eq!(rows.last().map(|r| (r.name.as_str(), r.why.as_str())), Some(("view_03", "set aside by you")));
     click(&mut window, "Undo");
     settle(&mut window);
     let after = window.state().state.data.answer.clone().unwrap();
@@ -92,8 +93,8 @@ fn setting_aside_is_undone_bit_for_bit() {
 fn the_lens_is_a_choice() {
     let mut window = demonstrated(SIZE, Theme::Dark);
     let title = Model::Brown5.spec().title;
-    click(&mut window, title);
-    click(&mut window, Model::Pinhole.spec().title);
+    click(&mut window, &format!("Lens, {title}"));
+    window.get_by_role_and_label(egui::accesskit::Role::RadioButton, Model::Pinhole.spec().title).click();
     settle(&mut window);
     let (_, solution) = window.state().state.data.solved().unwrap();
     assert_eq!(solution.camera.model, Model::Pinhole);

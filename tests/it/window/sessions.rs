@@ -20,7 +20,7 @@ fn a_session_opens_where_it_was_without_reading_pictures_again() {
     pictures(&before, 0..5);
     let mut window = window(SIZE, Theme::Dark);
     opened(&mut window, vec![before.clone()]);
-    click(&mut window, "Set aside view02");
+    click(&mut window, "Set aside view_02");
     settle(&mut window);
     let told = window.state().state.data.answer.clone().unwrap();
     let file = folder.path().join("mine.straightedge");
@@ -30,7 +30,7 @@ fn a_session_opens_where_it_was_without_reading_pictures_again() {
     std::fs::rename(&before, &after).unwrap();
     let mut session = Session::from_json(&std::fs::read_to_string(&file).unwrap(), "mine").unwrap();
     assert_eq!(session.locate(folder.path()), 5);
-    std::fs::rename(after.join("view01.png"), after.join("other name.png")).unwrap();
+    std::fs::rename(after.join("view_01.png"), after.join("other name.png")).unwrap();
     assert_eq!(session.locate(&after), 0);
     let mut window = super::window(SIZE, Theme::Dark);
     window.state_mut().act(Action::Restore(Box::new(session)));
@@ -66,7 +66,7 @@ fn a_killed_run_is_taken_up_again() {
     let mut window = with_home(SIZE, Theme::Dark, Vec::new(), Some(home.clone()));
     window.state_mut().act(Action::Open(demo()));
     settle(&mut window);
-    click(&mut window, "Set aside view04");
+    click(&mut window, "Set aside view_04");
     settle(&mut window);
     let before = window.state().state.data.answer.clone().unwrap();
     // A second is what a kill may cost.

@@ -22,6 +22,8 @@ use crate::{
 /// Side of the loupe and pixels across it.
 const LOUPE: f32 = 176.0;
 const ACROSS: f64 = 12.0;
+/// What the picture may lose for the loupe to stand beside it.
+const SMALLER: f64 = 0.9;
 /// Space around the picture.
 const MARGIN: f32 = 12.0;
 
@@ -38,11 +40,12 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         return empty(ui, t, &why);
     };
     let frame = cx.state.data.answer.clone().and_then(|a| a.frame(id).cloned());
-    // Beside a picture that leaves room, the loupe stands; over one that does not, it floats.
+    // The loupe stands beside a picture that need not become much smaller for it, and floats over any other.
     let inner = all.shrink(MARGIN);
     let whole = Place::fitted(size_px, inner);
-    let beside = inner.width() - whole.rect.width() >= LOUPE + MARGIN;
-    let room = if beside { inner.with_max_x(inner.right() - LOUPE - MARGIN) } else { inner };
+    let narrower = inner.with_max_x(inner.right() - LOUPE - MARGIN);
+    let beside = Place::fitted(size_px, narrower).zoom >= SMALLER * whole.zoom;
+    let room = if beside { narrower } else { inner };
     let fitted = Place::fitted(size_px, room);
     let fitted = if beside {
         Place { rect: fitted.rect.translate(vec2(room.left() - fitted.rect.left(), 0.0)), ..fitted }
@@ -63,7 +66,7 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     picture(cx, ui, id, &place, clip, straight);
     let painter = ui.painter_at(clip);
     if let Some(frame) = frame.as_ref().filter(|_| !straight) {
-        let list = marked(frame, &place, cx.state.screen.times);
+        let list = marked(frame, &place, cx.state.times());
         if layers.order {
             order(&painter, &list, frame);
         }

@@ -48,7 +48,7 @@ fn one(cx: &mut Cx<'_>, ui: &mut Ui, id: crate::calib::observation::FrameId, rec
         picture(cx, ui, id, &place, rect, false);
         let layers = cx.state.screen.layers;
         if let Some(frame) = cx.state.data.answer.as_deref().and_then(|a| a.frame(id)) {
-            let list = marked(frame, &place, cx.state.screen.times);
+            let list = marked(frame, &place, cx.state.times());
             marks(&ui.painter_at(rect), &list, layers.corners, layers.reprojected && frame.included, 0.5);
             if !frame.included && !frame.why.is_empty() {
                 response.clone().on_hover_text(&frame.why);
