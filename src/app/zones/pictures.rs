@@ -176,7 +176,7 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     ui.data_mut(|d| d.insert_temp(egui::Id::unique("list offset"), place));
 }
 
-fn head(cx: &mut Cx<'_>, ui: &mut Ui, rows: &[Row]) {
+fn head(cx: &mut Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
     ui.horizontal(|ui| {
         ui.set_height(28.0);
