@@ -63,3 +63,8 @@ impl Tile {
         PANELS.iter().position(|p| p.tile == self).unwrap_or(0)
     }
 }
+
+/// A part of a page.
+fn part(ui: &mut egui::Ui, salt: &str, rect: egui::Rect) -> egui::Ui {
+    ui.new_child(egui::UiBuilder::new().id_salt(salt).max_rect(rect))
+}

@@ -20,6 +20,11 @@ pub struct Trend {
 }
 
 impl Trend {
+    /// y on the line.
+    pub fn at(&self, x: f64) -> f64 {
+        self.intercept + self.slope * x
+    }
+
     /// Whether the slope differs from zero at the 95 % level.
     pub fn is_significant(&self) -> bool {
         self.slope_ci95[0] > 0.0 || self.slope_ci95[1] < 0.0

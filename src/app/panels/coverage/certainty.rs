@@ -1,0 +1,104 @@
+//! How sure the projection is over the picture, 1 σ in px on a logarithmic scale.
+
+use egui::{Color32, Rect, Sense, Ui, pos2, vec2};
+
+use super::NOTHING;
+use crate::app::{
+    cx::Cx,
+    maps::{self, Grid},
+    style::{font, from_map},
+    widgets::{certainty, color_bar, empty, fit, named, text},
+};
+
+/// Ends of the scale, px.
+const SCALE: [f64; 2] = [0.01, 10.0];
+
+fn share(px: f64) -> f64 {
+    (px.max(1e-9) / SCALE[0]).log10() / (SCALE[1] / SCALE[0]).log10()
+}
+
+/// The map with contours, corners and the two figures.
+pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let t = cx.t;
+    let state = cx.state;
+    let Some((answer, solution)) = state.data.solved() else { return empty(ui, t, NOTHING) };
+    let grid = Grid::from_rows(&solution.uncertainty.grid_px);
+    let all = ui.available_rect_before_wrap();
+    let [w, h] = solution.camera.size_px.map(|n| n as f32);
+    let side = if all.width() > 560.0 { 196.0 } else { 0.0 };
+    let room = Rect::from_min_max(all.min, pos2(all.right() - side - 62.0, all.bottom() - 26.0));
+    let rect = fit(room, vec2(w, h));
+    let rect = rect.translate(vec2(room.left() - rect.left(), room.top() - rect.top()));
+    ui.painter().rect_filled(rect, 2.0, t.canvas);
+    let color = |px: f64| from_map(colorous::VIRIDIS, share(px));
+    let texture = cx.textures.map(ui, "certainty", answer.key.0 as u64, || grid.image(160, color));
+    let uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+    ui.painter().image(texture.id(), rect, uv, Color32::WHITE);
+    let place = |x: f64, y: f64| pos2(rect.left() + (x as f32 + 0.5) / w * rect.width(), rect.top() + (y as f32 + 0.5) / h * rect.height());
+    for frame in answer.report().included() {
+        for corner in &frame.corners {
+            ui.painter().circle_filled(place(corner.px.x, corner.px.y), 1.0, Color32::from_white_alpha(150));
+        }
+    }
+    let levels = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0].map(|l| (l, format!("{l}")));
+    maps::contours(ui, rect, &grid, &levels);
+    let response = ui.interact(rect, ui.scope_id().with("certainty"), Sense::hover());
+    let u = &solution.uncertainty;
+    let words = format!(
+        "Certainty of the projection, {} px at centre, {} px at the worst corner",
+        certainty(u.center_px),
+        certainty(u.worst_corner_px)
+    );
+    named(&response, egui::Role::Image, true, &words);
+    if let Some(at) = response.hover_pos() {
+        let i = ((at.x - rect.left()) / rect.width() * grid.columns as f32) as usize;
+        let j = ((at.y - rect.top()) / rect.height() * grid.rows() as f32) as usize;
+        let here = grid.values.get(j * grid.columns + i).copied().flatten();
+        response.on_hover_text_at_pointer(here.map_or_else(|| "no answer here".to_owned(), |px| format!("{} px", certainty(Some(px)))));
+    }
+    let bar = Rect::from_min_size(pos2(rect.right() + 8.0, rect.top() + 6.0), vec2(8.0, rect.height() - 12.0));
+    let labels = [0.01, 0.1, 1.0, 10.0].map(|l| (share(l) as f32, if l == 10.0 { "10 px".to_owned() } else { format!("{l}") }));
+    color_bar(ui, t, bar, &labels, |s| from_map(colorous::VIRIDIS, s));
+    let mut below = crate::app::panels::part(ui, "legend", Rect::from_min_size(pos2(rect.left(), rect.bottom() + 6.0), vec2(rect.width() + 60.0, 18.0)));
+    below.label(text(
+        format!("{} corners so far · lines of equal certainty, px", solution.stats.n),
+        font::regular(font::SMALL),
+        t.text3,
+    ));
+    if side > 0.0 {
+        let place = Rect::from_min_max(pos2(rect.right() + 66.0, all.top()), all.max);
+        let mut ui = crate::app::panels::part(ui, "figures", place);
+        figures(cx, &mut ui);
+    }
+}
+
+/// What the map says in words.
+fn figures(cx: &Cx<'_>, ui: &mut Ui) {
+    let t = cx.t;
+    let Some((answer, solution)) = cx.state.data.solved() else { return };
+    let u = &solution.uncertainty;
+    let unit = answer.report().settings.unit.name();
+    ui.label(text("If you calibrated again with other pictures like these, a point would move by this much, 1 σ.", font::regular(font::SMALL), t.text2));
+    ui.add_space(10.0);
+    let mut all: Vec<f64> = u.grid_px.iter().flatten().map(|v| v.unwrap_or(f64::INFINITY)).collect();
+    all.sort_by(f64::total_cmp);
+    let most = crate::calib::stats::quantile(&all, 0.9);
+    for (name, value) in [
+        ("at the centre", certainty(u.center_px)),
+        ("over 90 % of it", certainty(most.is_finite().then_some(most))),
+        ("worst corner", certainty(u.worst_corner_px)),
+    ] {
+        ui.horizontal(|ui| {
+            ui.label(text(name, font::regular(font::SMALL), t.text2));
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.label(text(format!("{value} px"), font::medium(font::SMALL), t.ink));
+            });
+        });
+    }
+    ui.add_space(10.0);
+    let range = u.range.map_or_else(
+        || "For points far away.".to_owned(),
+        |r| format!("For points as far as the boards were, {} {unit}.", crate::calib::number::significant(r, 3)),
+    );
+    ui.label(text(range, font::regular(font::SMALL), t.text3));
+}
