@@ -36,7 +36,7 @@ use crate::{
         number::counted,
         undistort::{Interpolation, Straightener},
     },
-    job::{Key, Source, ms_since},
+    job::{Key, Source, ms_since, store},
     worker::{self, Event, Pool, straighten},
 };
 use action::{Action, Command};
@@ -198,6 +198,12 @@ impl App {
                 let copies = self.home.copies();
                 self.inbox.save_session(Session::of(&self.state), move |path| copies.of(path));
             }
+            Command::SaveAll(files) => self.inbox.pick_target(move |folder| {
+                for (name, bytes) in &files {
+                    store::write(&folder.join(name), bytes)?;
+                }
+                Ok(format!("{} saved into {}", counted(files.len(), "file"), folder.display()))
+            }),
             Command::Locate => self.inbox.locate(Session::of(&self.state)),
             Command::StraightenAll => self.straighten_all(),
             // The text goes through the window, which is at hand where panels are drawn.

@@ -27,7 +27,7 @@ use crate::calib::{
     detect::{self, Detection},
     image::{Photo, Samples},
     synth::{self, Scene},
-    undistort::{Interpolation, straighten},
+    undistort::{Interpolation, Rect, Straightener, largest_valid},
 };
 use evidence::{Case, Evidence};
 use photo::{Colours, Exif};
@@ -117,8 +117,10 @@ pub enum Output {
     Inspection(Box<Inspection>),
     /// Of [`Job::Evidence`].
     Evidence(Box<Evidence>),
-    /// Of [`Job::Look`], [`Job::Thumbnail`] and [`Job::Straighten`].
+    /// Of [`Job::Look`] and [`Job::Thumbnail`].
     Raster(Raster),
+    /// Of [`Job::Straighten`], with the largest rectangle of it in which every pixel is valid.
+    Straight(Raster, Option<Rect>),
 }
 
 /// What is known of a picture, whatever the board.
@@ -198,8 +200,9 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
         }
         Job::Straighten { source, camera, alpha } => {
             let photo = source.read(Colours::Keep)?.photo;
-            let straight = straighten(&photo, &camera, alpha, false, Interpolation::Bilinear)?;
-            Ok(Output::Raster(Raster::of(straight)))
+            let straight = Straightener::new(&camera, alpha, false)?;
+            let valid = largest_valid(&straight.map);
+            Ok(Output::Straight(Raster::of(straight.run(&photo, Interpolation::Bilinear)?), valid))
         }
     }
 }

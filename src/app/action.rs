@@ -9,8 +9,8 @@ use super::{
     state::{Answer, Document, Frame, Notice, Shown, State},
 };
 use crate::{
-    calib::{observation::FrameId, synth::Scene},
-    job::{Output, Reply, Source},
+    calib::{Error, Result, observation::FrameId, synth::Scene},
+    job::{Key, Output, Reply, Source},
 };
 
 /// Answers that are kept for undo.
@@ -67,6 +67,8 @@ pub enum Command {
         /// What is written.
         bytes: Arc<Vec<u8>>,
     },
+    /// Ask for a folder and write files into it: names and contents.
+    SaveAll(Vec<(String, Arc<Vec<u8>>)>),
     /// Ask for a folder and write straightened pictures into it.
     StraightenAll,
     /// Ask for a place and write the session.
@@ -170,7 +172,7 @@ impl State {
                 }
             }
             Some(plan::Kind::Thumbnail(id)) => {
-                self.data.thumbnails.insert(id, raster(result).ok());
+                self.data.thumbnails.insert(id, shown(key, result).raster.ok());
             }
             Some(plan::Kind::Evidence) => match result {
                 Ok(Output::Evidence(evidence)) => {
@@ -182,8 +184,8 @@ impl State {
                 Ok(_) => {}
                 Err(error) => self.screen.notice = Some(Notice::bad(error.to_string())),
             },
-            Some(plan::Kind::Look) => self.data.look = Some(Shown { key, raster: raster(result) }),
-            Some(plan::Kind::Straight) => self.data.straight = Some(Shown { key, raster: raster(result) }),
+            Some(plan::Kind::Look) => self.data.look = Some(shown(key, result)),
+            Some(plan::Kind::Straight) => self.data.straight = Some(shown(key, result)),
             None => {}
         }
     }
@@ -214,11 +216,15 @@ impl State {
     }
 }
 
-fn raster(result: crate::calib::Result<Output>) -> crate::calib::Result<Arc<crate::job::raster::Raster>> {
-    result.and_then(|output| match output {
-        Output::Raster(raster) => Ok(Arc::new(raster)),
-        _ => Err(crate::calib::Error::Crashed("something else answered".to_owned())),
-    })
+/// A picture that was computed.
+fn shown(key: Key, result: Result<Output>) -> Shown {
+    let (raster, valid) = match result {
+        Ok(Output::Raster(raster)) => (Ok(raster), None),
+        Ok(Output::Straight(raster, valid)) => (Ok(raster), valid),
+        Ok(_) => (Err(Error::Crashed("something else answered".to_owned())), None),
+        Err(error) => (Err(error), None),
+    };
+    Shown { key, raster: raster.map(Arc::new), valid }
 }
 
 /// The built-in scene as pictures.

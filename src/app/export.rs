@@ -1,10 +1,221 @@
-//! Export.
+//! Export: the camera for the tool that is used, straightened pictures and figures, the report.
 
-use egui::Ui;
+mod figures;
+mod snippet;
 
-use super::{cx::Cx, screen::ExportPart};
+use std::sync::Arc;
+
+use egui::{Ui, vec2};
+
+use super::{
+    action::Command,
+    cx::Cx,
+    screen::{Dialog, ExportPart},
+    state::Answer,
+    style::{font, icon},
+    widgets::{button, primary, segmented, text},
+};
+use crate::{
+    calib::{
+        Result,
+        format::{self, Evidence, Export, FORMATS},
+        html,
+        number::within_px,
+    },
+    job::Key,
+};
+
+/// Height of the part below the head.
+const BODY: f32 = 380.0;
+
+/// A camera file as it would be written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Preview {
+    /// Proposed file name.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+    /// What the user should know, the check first.
+    pub notes: Vec<String>,
+}
+
+/// The text of a format, by its place in [`FORMATS`]; one past the end is the Python snippet.
+///
+/// # Errors
+/// Those of [`format::write`].
+pub fn preview(answer: &Answer, index: usize) -> Result<Option<Preview>> {
+    let Some(solution) = answer.solution() else { return Ok(None) };
+    let Some(format) = FORMATS.get(index) else {
+        let notes =
+            vec!["A script that straightens one picture with OpenCV; the numbers are exact.".to_owned()];
+        return Ok(Some(Preview {
+            name: "undistort.py".to_owned(),
+            text: snippet::python(&solution.camera),
+            notes,
+        }));
+    };
+    let report = answer.report();
+    let export = Export { camera: &solution.camera, evidence: &Evidence::from(report), report: Some(report) };
+    let written = format::write(format, &export)?;
+    let mut notes = vec![
+        format!("Read back, it projects {}.", within_px(written.self_check_px)),
+        format.convention.to_owned(),
+    ];
+    if !format.lacks.starts_with("nothing") {
+        notes.push(format!("It cannot hold {}.", format.lacks));
+    }
+    notes.extend(written.notes);
+    let extension = format.usual.first().copied().unwrap_or("txt");
+    let name = if format.name == "colmap" { "cameras.txt".to_owned() } else { format!("camera.{extension}") };
+    Ok(Some(Preview { name, text: written.text, notes }))
+}
 
 /// Draws the dialog.
-pub fn show(_cx: &mut Cx<'_>, ui: &mut Ui, _part: ExportPart, _format: usize) {
-    ui.label("Export");
+pub fn show(cx: &mut Cx<'_>, ui: &mut Ui, part: ExportPart, format: usize) {
+    let t = cx.t;
+    let Some(answer) = cx.state.data.answer.clone().filter(|a| a.solution().is_some()) else {
+        ui.label("There is no camera to export.");
+        return;
+    };
+    let screen = ui.ctx().content_rect();
+    ui.set_width((screen.width() - 80.0).min(760.0));
+    let parts = [ExportPart::Camera, ExportPart::Pictures, ExportPart::Report];
+    ui.horizontal(|ui| {
+        ui.label(text("Export", font::semibold(font::LEAD), t.ink));
+        ui.add_space(12.0);
+        let on = parts.iter().position(|p| *p == part).unwrap_or(0);
+        if let Some(i) = segmented(ui, t, &["Camera", "Pictures", "Report"], on) {
+            cx.show(|s| s.dialog = Some(Dialog::Export { part: parts[i], format }));
+        }
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            if ui.button("Close").clicked() {
+                ui.close();
+            }
+        });
+    });
+    ui.add_space(8.0);
+    let height = BODY.min(screen.height() - 160.0);
+    let size = vec2(ui.available_width(), height);
+    ui.allocate_ui(size, |ui| {
+        ui.set_min_size(size);
+        match part {
+            ExportPart::Camera => camera(cx, ui, &answer, format),
+            ExportPart::Pictures => pictures(cx, ui, &answer),
+            ExportPart::Report => report(cx, ui, &answer),
+        }
+    });
+}
+
+/// A preview, made once.
+fn known(ui: &Ui, answer: &Answer, index: usize) -> Arc<Result<Option<Preview>>> {
+    type Known = (Key, usize, Arc<Result<Option<Preview>>>);
+    let id = egui::Id::unique("export preview");
+    if let Some((key, i, made)) = ui.data(|d| d.get_temp::<Known>(id))
+        && (key, i) == (answer.key, index)
+    {
+        return made;
+    }
+    let made = Arc::new(preview(answer, index));
+    ui.data_mut(|d| d.insert_temp::<Known>(id, (answer.key, index, made.clone())));
+    made
+}
+
+fn camera(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer, format: usize) {
+    let t = cx.t;
+    let height = ui.available_height();
+    ui.horizontal_top(|ui| {
+        ui.vertical(|ui| {
+            ui.set_width(150.0);
+            ui.spacing_mut().item_spacing.y = 1.0;
+            let names = FORMATS.iter().map(|f| f.title).chain(["OpenCV-Python"]);
+            for (i, name) in names.enumerate() {
+                let wide = vec2(150.0, 24.0);
+                let label = egui::Button::selectable(i == format, name).min_size(wide);
+                if ui.add(label).clicked() {
+                    cx.show(|s| s.dialog = Some(Dialog::Export { part: ExportPart::Camera, format: i }));
+                }
+            }
+        });
+        ui.add_space(8.0);
+        ui.vertical(|ui| match known(ui, answer, format).as_ref() {
+            Ok(Some(preview)) => {
+                egui::Frame::new().fill(t.bg).corner_radius(4.0).inner_margin(8.0).show(ui, |ui| {
+                    let area = egui::ScrollArea::both().auto_shrink(false).max_height(height - 130.0);
+                    area.show(ui, |ui| {
+                        // A report has a million letters; nobody reads them here.
+                        let short: String = preview.text.lines().take(400).flat_map(|l| [l, "\n"]).collect();
+                        ui.add(
+                            egui::Label::new(text(short, font::mono(font::SMALL), t.text2))
+                                .extend()
+                                .selectable(true),
+                        );
+                    });
+                });
+                ui.add_space(4.0);
+                for note in &preview.notes {
+                    ui.label(text(note.as_str(), font::regular(font::SMALL), t.text2));
+                }
+                ui.add_space(4.0);
+                ui.horizontal(|ui| {
+                    if primary(ui, t, icon::SAVE, "Save…", 26.0).clicked() {
+                        let bytes = Arc::new(preview.text.clone().into_bytes());
+                        cx.ask(Command::Save { name: preview.name.clone(), bytes });
+                    }
+                    if button(ui, t, icon::COPY, "Copy", 26.0).clicked() {
+                        cx.ask(Command::Copy(preview.text.clone()));
+                    }
+                });
+            }
+            Ok(None) => {}
+            Err(error) => {
+                ui.label(text(error.to_string(), font::regular(font::BODY), t.bad));
+            }
+        });
+    });
+}
+
+fn pictures(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer) {
+    let t = cx.t;
+    let body = |s: &str| text(s, font::regular(font::SMALL), t.text2);
+    ui.label(text("Straightened pictures", font::semibold(font::BODY), t.ink));
+    let words = format!(
+        "Every picture with the lens taken out, α = {:.2} (Lens page). Names, depth and metadata are kept; the pictures themselves are not touched.",
+        cx.state.doc.alpha
+    );
+    ui.label(body(&words));
+    ui.add_space(4.0);
+    if cx.state.doc.scene().is_some() {
+        ui.label(body("The demo's pictures are rendered in memory; open a folder to straighten its files."));
+    } else if primary(ui, t, icon::IMAGES, "Straighten all…", 26.0).clicked() {
+        cx.ask(Command::StraightenAll);
+    }
+    ui.add_space(16.0);
+    ui.label(text("Figures", font::semibold(font::BODY), t.ink));
+    ui.label(body("As SVG, for a paper or a report."));
+    ui.add_space(4.0);
+    let made = figures::all(answer.report());
+    ui.horizontal_wrapped(|ui| {
+        for (name, svg) in &made {
+            let label = name.trim_end_matches(".svg").replace('_', " ");
+            if button(ui, t, "", &format!("{label}…"), 24.0).clicked() {
+                cx.ask(Command::Save { name: name.clone(), bytes: svg.clone() });
+            }
+        }
+    });
+    ui.add_space(4.0);
+    if button(ui, t, icon::SAVE, "Save all figures…", 26.0).clicked() {
+        cx.ask(Command::SaveAll(made));
+    }
+}
+
+fn report(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer) {
+    let t = cx.t;
+    ui.label(text("One page with everything", font::semibold(font::BODY), t.ink));
+    let words = "Verdict, camera with σ, errors, coverage, every picture, covariance, settings and conventions, with figures; and all numbers as JSON inside, so that the page alone can be checked. It needs nothing beside it and loads nothing from anywhere.";
+    ui.label(text(words, font::regular(font::SMALL), t.text2));
+    ui.add_space(6.0);
+    if primary(ui, t, icon::SAVE, "Save report…", 26.0).clicked() {
+        let bytes = Arc::new(html::page(answer.report()).into_bytes());
+        cx.ask(Command::Save { name: "report.html".to_owned(), bytes });
+    }
 }

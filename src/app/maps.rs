@@ -47,7 +47,8 @@ impl Grid {
         let high = (wide * self.rows() / self.columns).max(1);
         let pixel = |k: usize| {
             let middle = |i: usize, n: usize, cells: usize| (i as f64 + 0.5) / n as f64 * cells as f64 - 0.5;
-            let value = self.between(middle(k % wide, wide, self.columns), middle(k / wide, high, self.rows()));
+            let value =
+                self.between(middle(k % wide, wide, self.columns), middle(k / wide, high, self.rows()));
             value.map_or(Color32::TRANSPARENT, &color)
         };
         ColorImage::new([wide, high], (0..wide * high).map(pixel).collect())
@@ -84,16 +85,20 @@ impl Grid {
 /// Draws contours with their labels; each label stands where its contour crosses `along`, the share of the height, or at its
 /// first piece.
 pub fn contours(ui: &Ui, rect: Rect, grid: &Grid, levels: &[(f64, String)]) {
-    let place = |[x, y]: [f64; 2]| pos2(rect.left() + rect.width() * x as f32, rect.top() + rect.height() * y as f32);
+    let place =
+        |[x, y]: [f64; 2]| pos2(rect.left() + rect.width() * x as f32, rect.top() + rect.height() * y as f32);
     let painter = ui.painter_at(rect);
     let mut labels: Vec<(Pos2, &str)> = Vec::new();
     for (level, label) in levels {
         let pieces = grid.contour(*level);
-        let shapes = pieces.iter().map(|[a, b]| Shape::line_segment([place(*a), place(*b)], Stroke::new(1.0, CONTOUR)));
+        let shapes = pieces
+            .iter()
+            .map(|[a, b]| Shape::line_segment([place(*a), place(*b)], Stroke::new(1.0, CONTOUR)));
         painter.extend(shapes);
         // Labels keep away from each other.
         let spots = pieces.iter().map(|[a, _]| place(*a));
-        let clear = |p: &Pos2| labels.iter().all(|(q, _)| (p.x - q.x).abs() > 34.0 || (p.y - q.y).abs() > 20.0);
+        let clear =
+            |p: &Pos2| labels.iter().all(|(q, _)| (p.x - q.x).abs() > 34.0 || (p.y - q.y).abs() > 20.0);
         let best = spots.filter(clear).min_by(|a, b| {
             let from = |p: &Pos2| (p.y - rect.center().y).abs() + 0.3 * (p.x - rect.left()).abs();
             from(a).total_cmp(&from(b))

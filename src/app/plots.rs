@@ -37,8 +37,12 @@ impl Axis {
         Self { range: [low, high], ticks: Vec::new(), decimals: 0, unit: "" }
     }
 
-    fn label(&self, value: f64) -> String {
-        minus(format!("{:.*}", self.decimals, value + 0.0))
+    /// A value as its numbers are written.
+    pub fn label(&self, value: f64) -> String {
+        if value.abs() < 1e-12 {
+            return "0".to_owned();
+        }
+        minus(format!("{:.*}", self.decimals, value))
     }
 }
 
@@ -133,9 +137,12 @@ mod tests {
     fn ticks_are_round_and_few() {
         let axis = Axis::new(0.0, 0.53, 5, "px");
         assert_eq!(axis.ticks.len(), 3);
-        assert_eq!(axis.ticks.iter().map(|v| axis.label(*v)).collect::<Vec<_>>(), ["0.0", "0.2", "0.4"]);
+        assert_eq!(axis.ticks.iter().map(|v| axis.label(*v)).collect::<Vec<_>>(), ["0", "0.2", "0.4"]);
         let axis = Axis::new(-40.0, 40.0, 5, "°");
-        assert_eq!(axis.ticks.iter().map(|v| axis.label(*v)).collect::<Vec<_>>(), ["−40", "−20", "0", "20", "40"]);
+        assert_eq!(
+            axis.ticks.iter().map(|v| axis.label(*v)).collect::<Vec<_>>(),
+            ["−40", "−20", "0", "20", "40"]
+        );
         assert!(Axis::new(3.0, 3.0, 5, "").range[1] > 3.0);
     }
 }

@@ -106,7 +106,7 @@ pub struct Orbit {
 
 impl Default for Orbit {
     fn default() -> Self {
-        Self { yaw: -0.6, pitch: 0.35, zoom: 1.0, board_centric: false }
+        Self { yaw: 0.6, pitch: 0.3, zoom: 1.0, board_centric: false }
     }
 }
 

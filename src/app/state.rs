@@ -17,6 +17,7 @@ use crate::{
         report::{FrameReport, Report, Solution},
         synth::Scene,
         target::{BoardSize, Length},
+        undistort::Rect,
     },
     job::{Inspection, Key, Source, evidence::Evidence, raster::Raster},
 };
@@ -139,6 +140,8 @@ pub struct Shown {
     pub key: Key,
     /// The picture, or why there is none.
     pub raster: Result<Arc<Raster>, Error>,
+    /// Where a straightened one is valid.
+    pub valid: Option<Rect>,
 }
 
 /// What was computed. Old values stay until new ones arrive.

@@ -168,6 +168,7 @@ pub mod font {
 #[expect(missing_docs, reason = "the names say it")]
 pub mod icon {
     pub const FOLDER: &str = "\u{E256}";
+    pub const ARROW: &str = "\u{E06C}";
     pub const CARET_DOWN: &str = "\u{E136}";
     pub const CARET_RIGHT: &str = "\u{E13A}";
     pub const BOARD: &str = "\u{E8C4}";

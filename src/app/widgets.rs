@@ -56,7 +56,11 @@ pub fn segmented(ui: &mut Ui, t: &Tokens, names: &[&str], on: usize) -> Option<u
         ui.spacing_mut().item_spacing.x = 0.0;
         ui.spacing_mut().interact_size.y = 18.0;
         ui.horizontal(|ui| {
-            for (i, name) in names.iter().enumerate() {
+            // In a row from the right the last comes first.
+            let backwards = ui.layout().prefer_right_to_left();
+            for k in 0..names.len() {
+                let i = if backwards { names.len() - 1 - k } else { k };
+                let name = &names[i];
                 let here = i == on;
                 let text = RichText::new(*name).font(font::regular(font::SMALL)).color(if here {
                     t.ink

@@ -1,50 +1,174 @@
-//! Verdict and findings.
-#![allow(missing_docs)]
-use super::{camera::Model, report::Report};
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+//! What a calibration is worth, in words: one verdict, and what is behind it.
+//!
+//! The verdict comes from the certainty of the projection, the focal length's σ, the number of views and their tilt; never from
+//! the RMS alone: a set of three frontal boards has a small one and a useless camera.
+
+mod facts;
+mod rules;
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    camera::Model,
+    number::significant,
+    report::{Report, Solution},
+};
+use facts::Facts;
+
+/// How serious something is, worse ones later.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Level {
+    /// Trustworthy.
     Good,
+    /// Worth knowing.
     Info,
+    /// Not certain.
     Warn,
+    /// Not trustworthy.
     Bad,
 }
+
+/// One sentence.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Verdict {
+    /// How serious it is.
     pub level: Level,
+    /// Where the camera holds first, then where it does not.
     pub sentence: String,
-    pub rms_alone: &'static str,
+    /// What the RMS alone would have said.
+    pub rms_alone: String,
 }
+
+/// Something that the user should know, with its evidence and its remedy.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
-    pub code: &'static str,
+    /// Stable machine-readable name.
+    pub code: String,
+    /// How serious it is.
     pub level: Level,
+    /// What is.
     pub title: String,
+    /// What it costs.
     pub text: String,
+    /// Where the evidence is.
     pub show: Show,
+    /// What helps, where the program can do it.
     pub remedy: Option<Remedy>,
 }
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+
+/// Where evidence is to be seen. Positions are those of [`Report::frames`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Show {
+    /// In a picture.
     Picture(usize),
-    Errors,
-    Coverage,
-    Lens,
-    Poses,
+    /// In all pictures.
     Pictures,
+    /// In the errors.
+    Errors,
+    /// In the errors over the picture.
+    Field,
+    /// In the map of the certainty.
+    Certainty,
+    /// In the corners over the picture.
+    Corners,
+    /// In how the boards stood.
+    Diversity,
+    /// In the straightened picture.
+    Lens,
 }
-#[derive(Clone, Debug, PartialEq)]
+
+/// What the program can do.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Remedy {
+    /// Hold parameters.
     Hold(Vec<String>),
-    SetAside(Vec<usize>),
+    /// Set pictures aside, by their positions; with what they are called.
+    SetAside(Vec<usize>, String),
+    /// Ask for more pictures.
     AddPictures,
+    /// Another model.
     Model(Model),
 }
+
 impl Remedy {
+    /// On its button.
     pub fn label(&self) -> String {
-        "Fix".into()
+        match self {
+            Self::Hold(names) => match &names[..] {
+                [one] => format!("Hold {one} at 0"),
+                _ => format!("Hold {} at 0", names.join(", ")),
+            },
+            Self::SetAside(_, name) => format!("Set aside {name}"),
+            Self::AddPictures => "Add pictures…".to_owned(),
+            Self::Model(model) => format!("Use {}", model.spec().title),
+        }
     }
 }
+
+/// The verdict.
 pub fn verdict(report: &Report) -> Verdict {
-    Verdict { level: Level::Warn, sentence: report.verdict(), rms_alone: "good" }
+    let Some(solution) = &report.solution else {
+        let (level, sentence) = match &report.error {
+            Some(error) => (Level::Bad, format!("No camera: {}", error.text)),
+            None => (Level::Info, "No camera yet".to_owned()),
+        };
+        return Verdict { level, sentence, rms_alone: String::new() };
+    };
+    let rms_alone = match solution.rms_px {
+        rms if rms <= 0.25 => "excellent",
+        rms if rms <= 0.5 => "good",
+        _ => "poor",
+    };
+    let (level, sentence) = judged(report, solution);
+    Verdict { level, sentence, rms_alone: rms_alone.to_owned() }
 }
-pub fn findings(_report: &Report) -> Vec<Finding> {
-    Vec::new()
+
+/// Certainty beyond which a place is a guess, px.
+const GUESS_PX: f64 = 1.0;
+
+fn judged(report: &Report, solution: &Solution) -> (Level, String) {
+    let u = &solution.uncertainty;
+    let focal = solution.camera.intrinsics()[0];
+    let sigma = solution.sigma.iter().find(|(name, _)| *name == "fx").and_then(|(_, s)| *s).unwrap_or(0.0);
+    if sigma > 0.01 * focal {
+        let text =
+            format!("Not trustworthy: the focal length is only known to ±{} px", significant(sigma, 2));
+        return (Level::Bad, text);
+    }
+    match u.center_px {
+        None => return (Level::Bad, "Not trustworthy: the pictures do not determine the camera".to_owned()),
+        Some(px) if px > GUESS_PX => {
+            let text = format!("Not trustworthy: ±{} px even in the middle", significant(px, 2));
+            return (Level::Bad, text);
+        }
+        Some(_) => {}
+    }
+    if !solution.termination.converged() {
+        return (Level::Bad, "Not trustworthy: the refinement did not reach its optimum".to_owned());
+    }
+    let guessed = facts::guessed(u, GUESS_PX);
+    let bent = report.warnings.iter().any(|w| w.code == "model_folds");
+    let worst = u.worst_corner_px;
+    if guessed.is_none() && worst.is_some_and(|px| px <= GUESS_PX) {
+        let [center, corner] = [u.center_px, worst].map(|px| significant(px.unwrap_or(0.0), 2));
+        let text = format!("Good everywhere: ±{center} px at the centre, ±{corner} px in the corners");
+        return (Level::Good, text);
+    }
+    let place = guessed.unwrap_or("in the corners");
+    let level = if bent && worst.is_none() { Level::Bad } else { Level::Warn };
+    (level, format!("Good in the middle, a guess {place}"))
 }
+
+/// What is behind the verdict, the worst first.
+pub fn findings(report: &Report) -> Vec<Finding> {
+    let facts = Facts::of(report);
+    let mut list: Vec<Finding> = rules::RULES.iter().flat_map(|rule| rule(&facts)).collect();
+    list.sort_by_key(|f| std::cmp::Reverse(f.level));
+    list
+}
+
+#[cfg(test)]
+mod tests;

@@ -33,7 +33,7 @@ use super::{
     camera::Camera,
     observation::Corner,
     pose::Pose,
-    report::Report,
+    report::{FrameReport, Report},
     target::{BoardSize, Unit},
 };
 
@@ -57,6 +57,8 @@ pub struct Format {
     pub extensions: &'static [&'static str],
     /// Extensions that its files have, the usual one first.
     pub usual: &'static [&'static str],
+    /// Where its pixels begin and in which order its terms stand, for people.
+    pub convention: &'static str,
     /// What it cannot hold, for help and tooltips.
     pub lacks: &'static str,
     write: fn(&Export<'_>) -> Result<Draft>,
@@ -116,6 +118,29 @@ pub struct Evidence {
     pub free: Vec<usize>,
     /// The pictures.
     pub frames: Vec<Frame>,
+}
+
+impl From<&Report> for Evidence {
+    /// What formats other than our own can hold beside the camera.
+    fn from(report: &Report) -> Self {
+        let frame = |f: &FrameReport| Frame {
+            file: f.file.clone(),
+            camera_from_board: f.camera_from_board(),
+            rms_px: f.rms_px,
+            corners: f.corners.clone(),
+        };
+        let settings = &report.settings;
+        let solution = report.solution.as_ref();
+        Self {
+            board: settings.board,
+            square: Some(settings.square),
+            unit: Some(settings.unit),
+            rms_px: solution.map(|s| s.rms_px),
+            sigma: solution.map(|s| s.sigma.iter().map(|(_, v)| *v).collect()).unwrap_or_default(),
+            frames: report.included().map(frame).collect(),
+            ..Self::default()
+        }
+    }
 }
 
 /// A picture of a calibration.

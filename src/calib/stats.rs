@@ -4,6 +4,7 @@
 //! over the corners that were used.
 
 pub mod chi2;
+pub mod regions;
 pub mod spatial;
 pub mod trend;
 

@@ -12,6 +12,7 @@ use crate::calib::{
     Error, Result,
     calibrate::{Options, Problem, calibrate, simplest_sufficient},
     camera::{Camera, Model},
+    diagnose::{self, Finding, Verdict},
     observation::Corner,
     report::{Report, Settings},
     solution::{Calibration, Warning},
@@ -79,6 +80,10 @@ pub struct Evidence {
     pub calibration: Option<Calibration>,
     /// The corners that the user dropped, with the position of their picture.
     pub dropped: Vec<(usize, Corner)>,
+    /// What it is worth.
+    pub verdict: Verdict,
+    /// What is behind the verdict, the worst first.
+    pub findings: Vec<Finding>,
 }
 
 /// Why a picture is not used that the user set aside.
@@ -136,7 +141,8 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
             None
         }
     };
-    Ok(Evidence { report, calibration, dropped })
+    let (verdict, findings) = (diagnose::verdict(&report), diagnose::findings(&report));
+    Ok(Evidence { report, calibration, dropped, verdict, findings })
 }
 
 /// Takes out what the user set aside or dropped; answers the dropped corners.

@@ -1,9 +1,8 @@
 //! Where corners are, and how sure the camera is there.
 
-mod certainty;
 mod cells;
+mod certainty;
 mod diversity;
-mod regions;
 
 use egui::{Rect, Sense, Stroke, Ui, pos2, vec2};
 
@@ -13,6 +12,7 @@ use crate::app::{
     style::font,
     widgets::{empty, fit, named, text},
 };
+use crate::calib::stats::regions;
 
 /// Registered.
 pub const PANEL: Panel = Panel {
@@ -37,10 +37,19 @@ const NOTHING: &str = "The coverage appears here when a camera was found.";
 fn small(cx: &mut Cx<'_>, ui: &mut Ui) {
     let Some((_, solution)) = cx.state.data.solved() else { return empty(ui, cx.t, NOTHING) };
     let all = ui.available_rect_before_wrap();
-    cells::show(cx, ui, all.with_max_y(all.bottom() - 26.0), &solution.coverage.cells, solution.camera.size_px);
+    cells::show(
+        cx,
+        ui,
+        all.with_max_y(all.bottom() - 26.0),
+        &solution.coverage.cells,
+        solution.camera.size_px,
+    );
     let row = all.with_min_y(all.bottom() - 20.0);
     let mut ui = ui.new_child(
-        egui::UiBuilder::new().id_salt("shares").max_rect(row).layout(egui::Layout::left_to_right(egui::Align::Center)),
+        egui::UiBuilder::new()
+            .id_salt("shares")
+            .max_rect(row)
+            .layout(egui::Layout::left_to_right(egui::Align::Center)),
     );
     shares(cx, &mut ui);
 }
@@ -50,11 +59,13 @@ fn shares(cx: &Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
     let Some((_, solution)) = cx.state.data.solved() else { return };
     let c = &solution.coverage;
-    ui.spacing_mut().item_spacing.x = 4.0;
-    for (share, what) in [(c.width_fraction, "width"), (c.height_fraction, "height"), (c.cells_fraction, "cells")] {
+    ui.spacing_mut().item_spacing.x = 3.0;
+    for (share, what) in
+        [(c.width_fraction, "width"), (c.height_fraction, "height"), (c.cells_fraction, "cells")]
+    {
         ui.label(text(format!("{:.0} %", 100.0 * share), font::semibold(font::SMALL), t.ink));
         ui.label(text(what, font::regular(font::SMALL), t.text3));
-        ui.add_space(4.0);
+        ui.add_space(2.0);
     }
 }
 
@@ -67,13 +78,18 @@ fn corners(cx: &mut Cx<'_>, ui: &mut Ui) {
     let rect = fit(all.with_max_y(all.bottom() - 28.0), vec2(w, h));
     ui.painter().rect_filled(rect, 2.0, t.canvas);
     let selected = cx.state.selected();
-    let place = |x: f64, y: f64| pos2(rect.left() + (x as f32 + 0.5) / w * rect.width(), rect.top() + (y as f32 + 0.5) / h * rect.height());
+    let place = |x: f64, y: f64| {
+        pos2(
+            rect.left() + (x as f32 + 0.5) / w * rect.width(),
+            rect.top() + (y as f32 + 0.5) / h * rect.height(),
+        )
+    };
     let mut points = Vec::new();
     let frames = answer.report().frames.iter().zip(&answer.ids).filter(|(f, _)| f.included);
     let mut chosen = Vec::new();
     for (frame, id) in frames {
         for corner in &frame.corners {
-            points.push([corner.px.x, corner.px.y]);
+            points.push(corner.px);
             if selected == Some(*id) {
                 chosen.push(place(corner.px.x, corner.px.y));
             } else {
@@ -84,22 +100,28 @@ fn corners(cx: &mut Cx<'_>, ui: &mut Ui) {
     for at in &chosen {
         ui.painter().circle_filled(*at, 2.6, t.accent);
     }
-    let empty_regions = regions::empty(&points, solution.camera.size_px.map(f64::from));
+    let empty_regions = regions::empty(&points, solution.camera.size_px);
     for region in &empty_regions {
-        let [x0, y0, x1, y1] = region.share;
+        let [x0, y0, x1, y1] = region.share.map(|s| s as f32);
         let part = Rect::from_min_max(
             pos2(rect.left() + rect.width() * x0, rect.top() + rect.height() * y0),
             pos2(rect.left() + rect.width() * x1, rect.top() + rect.height() * y1),
         );
         ui.painter().rect_filled(part, 0.0, t.ctl.gamma_multiply(0.6));
         ui.painter().rect_stroke(part, 0.0, Stroke::new(1.0, t.line2), egui::StrokeKind::Inside);
-        crate::app::widgets::plate(ui.painter(), part, part.center(), egui::Align2::CENTER_CENTER, "no corner");
+        crate::app::widgets::plate(
+            ui.painter(),
+            part,
+            part.center(),
+            egui::Align2::CENTER_CENTER,
+            "no corner",
+        );
     }
     let words = if empty_regions.is_empty() {
         "Every border strip and corner of the picture has seen the board.".to_owned()
     } else {
         let names: Vec<&str> = empty_regions.iter().map(|r| r.name).collect();
-        format!("No corner in {}.", names.join(", "))
+        format!("No corner {}.", names.join(", "))
     };
     let response = ui.interact(rect, ui.scope_id().with("corners"), Sense::hover());
     named(&response, egui::Role::Image, true, &format!("{} corners over the picture. {words}", points.len()));
@@ -115,7 +137,13 @@ fn density(cx: &mut Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
     let Some((_, solution)) = cx.state.data.solved() else { return empty(ui, t, NOTHING) };
     let all = ui.available_rect_before_wrap();
-    cells::show(cx, ui, all.with_max_y(all.bottom() - 30.0), &solution.coverage.cells, solution.camera.size_px);
+    cells::show(
+        cx,
+        ui,
+        all.with_max_y(all.bottom() - 30.0),
+        &solution.coverage.cells,
+        solution.camera.size_px,
+    );
     let mut ui = part(ui, "shares", all.with_min_y(all.bottom() - 22.0));
     ui.horizontal_centered(|ui| shares(cx, ui));
 }

@@ -40,7 +40,10 @@ pub const PANEL: Panel = Panel {
 const NOTHING: &str = "Errors appear here when a camera was found.";
 
 fn caption(state: &State) -> String {
-    state.data.solved().map_or_else(String::new, |(_, s)| format!("mean {:.3}, worst {:.2} px", s.stats.mean, s.stats.max))
+    state
+        .data
+        .solved()
+        .map_or_else(String::new, |(_, s)| format!("mean {:.3}, worst {:.2} px", s.stats.mean, s.stats.max))
 }
 
 fn switches(cx: &mut Cx<'_>, ui: &mut Ui) {
@@ -55,10 +58,10 @@ fn small(cx: &mut Cx<'_>, ui: &mut Ui) {
         return empty(ui, cx.t, NOTHING);
     }
     let all = ui.available_rect_before_wrap();
-    let middle = all.left() + all.width() * 0.52;
+    let middle = all.left() + all.width() * 0.5;
     let [left, right] = [
         Rect::from_min_max(all.min, pos2(middle - 4.0, all.bottom())),
-        Rect::from_min_max(pos2(middle + 4.0, all.top()), all.max),
+        Rect::from_min_max(pos2(middle + 12.0, all.top()), all.max),
     ];
     bars::plot(cx, &mut part(ui, "bars", left), "tile bars", false);
     distribution::plot(cx, &mut part(ui, "distribution", right), "tile distribution", false);

@@ -1,26 +1,123 @@
-//! Lens.
+//! The picture before and after, and what the lens does to it.
 
-use egui::Ui;
+mod bend;
+mod field;
+mod profile;
+mod swipe;
 
-use super::{Page, Panel, Tile};
-use crate::app::{cx::Cx, state::State, widgets::empty};
+use egui::{Sense, Ui, UiBuilder, vec2};
+
+use super::{Page, Panel, Tile, part};
+use crate::app::{
+    cx::Cx,
+    state::State,
+    style::{font, icon},
+    widgets::{caption, empty, text},
+};
 
 /// Registered.
 pub const PANEL: Panel = Panel {
     tile: Tile::Lens,
     title: "Before / after",
-    page_title: "Before / after",
-    caption,
+    page_title: "Lens",
+    caption: caption_of,
     share: 250.0,
     small,
-    pages: &[Page { name: "Overview", show: small }],
+    pages: &[
+        Page { name: "Swipe", show: overview },
+        Page { name: "Side by side", show: |cx, ui| swipe::beside(cx, ui) },
+        Page { name: "Displacement", show: |cx, ui| field::show(cx, ui) },
+        Page { name: "Radial profile", show: |cx, ui| profile::show(cx, ui) },
+    ],
     switches: |_, _| (),
 };
 
-fn caption(_state: &State) -> String {
-    String::new()
+/// What an empty page says.
+const NOTHING: &str = "The straightened picture appears here when a camera was found.";
+
+fn caption_of(state: &State) -> String {
+    match bend::of_selected(state) {
+        Some([before, after]) => format!("bend {before:.1}, after {after:.1} px"),
+        None => String::new(),
+    }
 }
 
 fn small(cx: &mut Cx<'_>, ui: &mut Ui) {
-    empty(ui, cx.t, "Nothing yet");
+    if cx.state.data.solved().is_none() {
+        return empty(ui, cx.t, NOTHING);
+    }
+    let rect = ui.available_rect_before_wrap();
+    swipe::show(cx, ui, rect, "tile");
+}
+
+fn overview(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let t = cx.t;
+    if cx.state.data.solved().is_none() {
+        return empty(ui, t, NOTHING);
+    }
+    let all = ui.available_rect_before_wrap();
+    let right = (all.width() * 0.36).min(300.0);
+    let left = all.with_max_x(all.right() - right - 16.0);
+    let picture = left.with_max_y(left.bottom() - 92.0);
+    let drawn = swipe::show(cx, ui, picture, "page");
+    let top = drawn.map_or(picture.bottom(), |r| r.bottom()) + 8.0;
+    let mut below = part(ui, "below", left.with_min_y(top).with_max_y(top + 90.0));
+    alpha(cx, &mut below);
+    figures(cx, &mut below);
+    let side = all.with_min_x(all.right() - right);
+    let half = side.top() + side.height() * 0.5;
+    field::show(cx, &mut part(ui, "field", side.with_max_y(half - 6.0)));
+    profile::show(cx, &mut part(ui, "profile", side.with_min_y(half + 6.0)));
+}
+
+/// How much of the picture is kept.
+fn alpha(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let t = cx.t;
+    ui.horizontal(|ui| {
+        let name = ui.label(text("α", font::regular(font::BODY), t.text3));
+        ui.label(text("crop", font::regular(font::SMALL), t.text2));
+        ui.spacing_mut().slider_width = 170.0;
+        let mut value = cx.state.doc.alpha;
+        let slider = egui::Slider::new(&mut value, 0.0..=1.0).show_value(false).trailing_fill(true);
+        let help = "How much of the straightened picture is kept: crop shows only valid pixels, keep all shows every pixel of the photograph";
+        let response = ui.add(slider).labelled_by(name.id).on_hover_text(help);
+        if response.changed() {
+            let begins = response.drag_started() || !response.dragged();
+            cx.drag(begins, |d| d.alpha = value);
+        }
+        ui.label(text("keep all", font::regular(font::SMALL), t.text2));
+        ui.label(text(format!("{:.2}", cx.state.doc.alpha), font::medium(font::SMALL), t.ink));
+    });
+}
+
+/// Bend, valid region, folds.
+fn figures(cx: &Cx<'_>, ui: &mut Ui) {
+    let t = cx.t;
+    let Some((_, solution)) = cx.state.data.solved() else { return };
+    let bend = bend::of_selected(cx.state);
+    let valid = cx.state.data.straight.as_ref().and_then(|s| s.valid);
+    let beyond = solution.uncertainty.grid_px.iter().flatten().filter(|v| v.is_none()).count();
+    let cells: usize = solution.uncertainty.grid_px.iter().map(Vec::len).sum();
+    let lost = 100.0 * beyond as f64 / cells.max(1) as f64;
+    ui.add_space(4.0);
+    ui.horizontal(|ui| {
+        for (value, what) in [
+            (
+                bend.map_or("–".to_owned(), |[b, a]| format!("{b:.1} {} {a:.1} px", icon::ARROW)),
+                "bend of the worst row",
+            ),
+            (
+                valid.map_or("none".to_owned(), |r| format!("{} × {}", r.width, r.height)),
+                "valid region (dashed), px",
+            ),
+            (format!("{lost:.0} %"), "cannot be straightened"),
+        ] {
+            let (rect, _) = ui.allocate_exact_size(vec2(134.0, 36.0), Sense::hover());
+            let builder = UiBuilder::new().max_rect(rect).layout(egui::Layout::top_down(egui::Align::Min));
+            let mut cell = ui.new_child(builder);
+            cell.spacing_mut().item_spacing.y = 1.0;
+            cell.label(text(value, font::medium(font::BODY), t.ink));
+            caption(&mut cell, t, what);
+        }
+    });
 }

@@ -83,7 +83,10 @@ fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
             cx.show(|s| s.orbit.zoom = (s.orbit.zoom * factor).clamp(0.2, 20.0));
         }
     }
-    let words = format!("Floor lines every {} {} · drag turns, wheel zooms, double click resets", scene.floor_step, scene.unit);
+    let words = format!(
+        "Floor lines every {} {} · drag turns, wheel zooms, double click resets",
+        scene.floor_step, scene.unit
+    );
     let mut corner = super::part(ui, "words", rect.with_min_y(rect.bottom() - 16.0));
     corner.label(text(words, font::regular(font::CAPTION), t.text3));
 }

@@ -6,14 +6,14 @@ use crate::{
     app::{
         action::Command,
         cx::Cx,
-        panels::Tile,
+        panels::{PANELS, Tile},
         state::Answer,
         style::font,
         widgets::{button, caption, certainty, level, minus, named, text, value_sigma},
     },
     calib::{
         calibrate::Fix,
-        diagnose::{self, Finding, Level, Remedy, Show},
+        diagnose::{Finding, Level, Remedy, Show},
         number::significant,
         report::Solution,
     },
@@ -40,7 +40,7 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         if let Some(solution) = answer.solution() {
             numbers(cx, ui, &answer, solution);
         }
-        for finding in diagnose::findings(answer.report()).iter().take(3) {
+        for finding in answer.evidence.findings.iter().take(3) {
             separator(ui, t);
             one(cx, ui, &answer, finding);
         }
@@ -60,13 +60,13 @@ fn separator(ui: &mut Ui, t: &crate::app::style::Tokens) {
 
 fn verdict(cx: &Cx<'_>, ui: &mut Ui, answer: &Answer) {
     let t = cx.t;
-    let verdict = diagnose::verdict(answer.report());
+    let verdict = &answer.evidence.verdict;
     let (glyph, color) = level(t, verdict.level);
     ui.horizontal_top(|ui| {
         ui.label(text(glyph, font::fill(20.0), color));
         ui.add_space(4.0);
         ui.vertical(|ui| {
-            ui.label(text(minus(verdict.sentence), font::semibold(font::LEAD), t.ink));
+            ui.label(text(minus(verdict.sentence.as_str()), font::semibold(font::LEAD), t.ink));
             if answer.solution().is_some() {
                 ui.add_space(2.0);
                 let alone = format!("RMS alone would have said: {}.", verdict.rms_alone);
@@ -153,13 +153,18 @@ fn one(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer, finding: &Finding) {
 fn evidence(cx: &mut Cx<'_>, answer: &Answer, show: Show) {
     let ids = &answer.ids;
     cx.show(|s| {
-        s.center = match show {
-            Show::Picture(_) | Show::Pictures => Tile::Picture,
-            Show::Errors => Tile::Errors,
-            Show::Coverage => Tile::Coverage,
-            Show::Lens => Tile::Lens,
-            Show::Poses => Tile::Poses,
+        let page;
+        (s.center, page) = match show {
+            Show::Picture(_) | Show::Pictures => (Tile::Picture, "Picture"),
+            Show::Errors => (Tile::Errors, "Overview"),
+            Show::Field => (Tile::Errors, "Over the picture"),
+            Show::Certainty => (Tile::Coverage, "Certainty"),
+            Show::Corners => (Tile::Coverage, "Corners"),
+            Show::Diversity => (Tile::Coverage, "Diversity"),
+            Show::Lens => (Tile::Lens, "Swipe"),
         };
+        let place = s.center.index();
+        s.pages[place] = PANELS[place].pages.iter().position(|p| p.name == page).unwrap_or(0);
         s.sheet = show == Show::Pictures;
         if let Show::Picture(position) = show {
             s.selected = ids.get(position).copied();
@@ -176,7 +181,7 @@ fn mend(cx: &mut Cx<'_>, answer: &Answer, remedy: &Remedy) {
                 }
             }
         }),
-        Remedy::SetAside(positions) => cx.edit(|d| {
+        Remedy::SetAside(positions, _) => cx.edit(|d| {
             let mut excluded = d.excluded.as_ref().clone();
             excluded.extend(positions.iter().filter_map(|p| answer.ids.get(*p)));
             d.excluded = std::sync::Arc::new(excluded);

@@ -19,7 +19,7 @@ pub const SHORTCUTS: &[(&str, &str)] = &[
     ("Ctrl Shift Z", "Redo"),
     ("1 … 5", "Picture, poses, errors, coverage, lens"),
     ("Esc", "Back to the picture"),
-    ("↑ ↓", "Previous, next picture"),
+    ("Up Down", "Previous, next picture"),
     ("Space", "Set the picture aside, or use it again"),
     ("C O R S", "Corners, order, reprojected, straightened"),
     ("A", "All pictures at once"),

@@ -12,7 +12,7 @@ use crate::{
         widgets::{level, minus, named, text},
     },
     calib::{
-        diagnose::{self, Level},
+        diagnose::Level,
         number::{counted, significant},
     },
 };
@@ -155,8 +155,8 @@ fn stages(state: &State) -> Vec<Stage> {
         Tile::Errors,
         false,
     ));
-    let findings = report.map(diagnose::findings).unwrap_or_default();
-    let worst = findings.iter().map(|f| f.level).max_by_key(|l| *l as u8).unwrap_or(Level::Good);
+    let findings = answer.map(|a| a.evidence.findings.as_slice()).unwrap_or_default();
+    let worst = findings.iter().map(|f| f.level).max().unwrap_or(Level::Good);
     list.push(stage(
         "Check",
         if solved.is_some() { counted(findings.len(), "finding") } else { String::new() },

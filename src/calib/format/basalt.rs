@@ -17,6 +17,7 @@ pub(super) const FORMAT: Format = Format {
     title: "Basalt JSON",
     extensions: &[],
     usual: &["json"],
+    convention: "The centre of the first pixel is (0, 0). pinhole, or kb4 with k1 k2 k3 k4.",
     lacks: "Brown's model (refitted to kb4), poses, sigmas",
     write,
     read,

@@ -16,6 +16,7 @@ pub(super) const FORMAT: Format = Format {
     title: "COLMAP cameras.txt",
     extensions: &["txt"],
     usual: &["txt"],
+    convention: "The corner of the first pixel is (0, 0): cx and cy are half a pixel larger than OpenCV's. k1 k2 p1 p2, then k3.",
     lacks: "poses (they are in images.txt), sigmas",
     write,
     read,

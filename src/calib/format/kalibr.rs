@@ -18,6 +18,7 @@ pub(super) const FORMAT: Format = Format {
     title: "Kalibr camchain YAML",
     extensions: &[],
     usual: &["yaml", "yml"],
+    convention: "camchain.yaml: the centre of the first pixel is (0, 0). radtan, k1 k2 p1 p2.",
     lacks: "k3 (refitted), poses, sigmas",
     write,
     read,

@@ -19,6 +19,7 @@ pub(super) const FORMAT: Format = Format {
     title: "MATLAB script",
     extensions: &["m"],
     usual: &["m"],
+    convention: "The first pixel is (1, 1): cx and cy are one pixel larger than OpenCV's. Radial k1 k2 k3, tangential p1 p2.",
     lacks: "poses, sigmas",
     write,
     read,

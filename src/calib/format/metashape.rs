@@ -21,6 +21,7 @@ pub(super) const FORMAT: Format = Format {
     title: "Agisoft Metashape XML",
     extensions: &["xml"],
     usual: &["xml"],
+    convention: "The principal point counts from the middle of the picture. k1 k2 k3; P1 is OpenCV's p2 and P2 is p1; f is fy, b1 is fx − fy.",
     lacks: "poses, sigmas",
     write,
     read,

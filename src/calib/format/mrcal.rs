@@ -18,6 +18,7 @@ pub(super) const FORMAT: Format = Format {
     title: "mrcal cameramodel",
     extensions: &["cameramodel"],
     usual: &["cameramodel"],
+    convention: "The centre of the first pixel is (0, 0). LENSMODEL_OPENCV5, k1 k2 p1 p2 k3.",
     lacks: "poses of the board, sigmas",
     write,
     read,

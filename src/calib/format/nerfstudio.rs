@@ -21,6 +21,7 @@ pub(super) const FORMAT: Format = Format {
     title: "nerfstudio transforms.json",
     extensions: &[],
     usual: &["json"],
+    convention: "The corner of the first pixel is (0, 0): cx and cy are half a pixel larger than OpenCV's. k1 k2 p1 p2 by name.",
     lacks: "k3 (refitted), sigmas",
     write,
     read,

@@ -26,6 +26,7 @@ pub(super) const FORMAT: Format = Format {
     title: "OpenCV YAML",
     extensions: &["yaml", "yml"],
     usual: &["yaml", "yml", "xml", "json"],
+    convention: "Pixels as OpenCV counts them: the centre of the first is (0, 0). Terms in the order k1 k2 p1 p2 k3.",
     lacks: "nothing that this program has",
     write,
     read,

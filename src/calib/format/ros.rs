@@ -18,6 +18,7 @@ pub(super) const FORMAT: Format = Format {
     title: "ROS camera_info YAML",
     extensions: &[],
     usual: &["yaml", "yml", "ini", "txt"],
+    convention: "camera_info of image_pipeline: the centre of the first pixel is (0, 0). plumb_bob, k1 k2 p1 p2 k3.",
     lacks: "poses, sigmas",
     write,
     read,

@@ -25,6 +25,7 @@ pub(super) const FORMAT: Format = Format {
     title: "Straightedge JSON",
     extensions: &["json"],
     usual: &["json"],
+    convention: "Everything that is known, with σ and covariance. The centre of the first pixel is (0, 0); values by name.",
     lacks: "nothing",
     write,
     read,

@@ -6,10 +6,10 @@ use crate::job::store;
 use crate::{
     calib::{
         Error, Result,
-        format::{self, Destination, Evidence, Export, Frame},
+        format::{self, Destination, Evidence, Export},
         html,
         number::within_px,
-        report::{FrameReport, Report},
+        report::Report,
     },
     cli::say,
 };
@@ -20,7 +20,7 @@ pub(super) fn camera(report: &Report, destination: &Destination) -> Result<Strin
         .solution
         .as_ref()
         .ok_or_else(|| Error::Invalid("there is no calibration to write".to_owned()))?;
-    let export = Export { camera: &solution.camera, evidence: &evidence(report), report: Some(report) };
+    let export = Export { camera: &solution.camera, evidence: &Evidence::from(report), report: Some(report) };
     let written = format::write(destination.format, &export)?;
     store::write(Path::new(&destination.path), written.text.as_bytes())?;
     let mut said = format!(
@@ -54,26 +54,5 @@ pub(super) fn done(done: Result<()>) -> bool {
             say(&format!("error: {error}"));
             false
         }
-    }
-}
-
-/// What formats other than our own can hold beside the camera.
-fn evidence(report: &Report) -> Evidence {
-    let frame = |f: &FrameReport| Frame {
-        file: f.file.clone(),
-        camera_from_board: f.camera_from_board(),
-        rms_px: f.rms_px,
-        corners: f.corners.clone(),
-    };
-    let settings = &report.settings;
-    let solution = report.solution.as_ref();
-    Evidence {
-        board: settings.board,
-        square: Some(settings.square),
-        unit: Some(settings.unit),
-        rms_px: solution.map(|s| s.rms_px),
-        sigma: solution.map(|s| s.sigma.iter().map(|(_, v)| *v).collect()).unwrap_or_default(),
-        frames: report.included().map(frame).collect(),
-        ..Evidence::default()
     }
 }

@@ -15,7 +15,8 @@ pub(super) fn show(cx: &Cx<'_>, ui: &Ui, all: Rect, cells: &[Vec<u32>], size_px:
     let columns = cells.first().map_or(1, Vec::len).max(1);
     let [w, h] = size_px.map(|n| n as f32);
     let map = fit(all.with_max_x(all.right() - 34.0), vec2(w, h));
-    let map = map.translate(vec2((all.left() - map.left()) * if all.width() < 300.0 { 1.0 } else { 0.0 }, 0.0));
+    let map =
+        map.translate(vec2((all.left() - map.left()) * if all.width() < 300.0 { 1.0 } else { 0.0 }, 0.0));
     let most = cells.iter().flatten().copied().max().unwrap_or(1).max(1);
     ui.painter().rect_filled(map, 2.0, t.canvas);
     let size = vec2(map.width() / columns as f32, map.height() / rows as f32);
@@ -28,7 +29,12 @@ pub(super) fn show(cx: &Cx<'_>, ui: &Ui, all: Rect, cells: &[Vec<u32>], size_px:
     }
     let response = ui.interact(map, ui.scope_id().with(("cells", all.width() as i32)), Sense::hover());
     let hit = cells.iter().flatten().filter(|n| **n > 0).count();
-    named(&response, egui::Role::Image, true, &format!("Corners per cell, up to {most}; {hit} of {} cells hit", rows * columns));
+    named(
+        &response,
+        egui::Role::Image,
+        true,
+        &format!("Corners per cell, up to {most}; {hit} of {} cells hit", rows * columns),
+    );
     if let Some(at) = response.hover_pos() {
         let (i, j) = (((at.x - map.left()) / size.x) as usize, ((at.y - map.top()) / size.y) as usize);
         if let Some(n) = cells.get(j).and_then(|r| r.get(i)) {

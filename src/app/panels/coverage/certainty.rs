@@ -34,7 +34,12 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let texture = cx.textures.map(ui, "certainty", answer.key.0 as u64, || grid.image(160, color));
     let uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
     ui.painter().image(texture.id(), rect, uv, Color32::WHITE);
-    let place = |x: f64, y: f64| pos2(rect.left() + (x as f32 + 0.5) / w * rect.width(), rect.top() + (y as f32 + 0.5) / h * rect.height());
+    let place = |x: f64, y: f64| {
+        pos2(
+            rect.left() + (x as f32 + 0.5) / w * rect.width(),
+            rect.top() + (y as f32 + 0.5) / h * rect.height(),
+        )
+    };
     for frame in answer.report().included() {
         for corner in &frame.corners {
             ui.painter().circle_filled(place(corner.px.x, corner.px.y), 1.0, Color32::from_white_alpha(150));
@@ -54,12 +59,20 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         let i = ((at.x - rect.left()) / rect.width() * grid.columns as f32) as usize;
         let j = ((at.y - rect.top()) / rect.height() * grid.rows() as f32) as usize;
         let here = grid.values.get(j * grid.columns + i).copied().flatten();
-        response.on_hover_text_at_pointer(here.map_or_else(|| "no answer here".to_owned(), |px| format!("{} px", certainty(Some(px)))));
+        response.on_hover_text_at_pointer(
+            here.map_or_else(|| "no answer here".to_owned(), |px| format!("{} px", certainty(Some(px)))),
+        );
     }
-    let bar = Rect::from_min_size(pos2(rect.right() + 8.0, rect.top() + 6.0), vec2(8.0, rect.height() - 12.0));
-    let labels = [0.01, 0.1, 1.0, 10.0].map(|l| (share(l) as f32, if l == 10.0 { "10 px".to_owned() } else { format!("{l}") }));
+    let bar =
+        Rect::from_min_size(pos2(rect.right() + 8.0, rect.top() + 6.0), vec2(8.0, rect.height() - 12.0));
+    let labels = [0.01, 0.1, 1.0, 10.0]
+        .map(|l| (share(l) as f32, if l == 10.0 { "10 px".to_owned() } else { format!("{l}") }));
     color_bar(ui, t, bar, &labels, |s| from_map(colorous::VIRIDIS, s));
-    let mut below = crate::app::panels::part(ui, "legend", Rect::from_min_size(pos2(rect.left(), rect.bottom() + 6.0), vec2(rect.width() + 60.0, 18.0)));
+    let mut below = crate::app::panels::part(
+        ui,
+        "legend",
+        Rect::from_min_size(pos2(rect.left(), rect.bottom() + 6.0), vec2(rect.width() + 60.0, 18.0)),
+    );
     below.label(text(
         format!("{} corners so far · lines of equal certainty, px", solution.stats.n),
         font::regular(font::SMALL),
@@ -78,7 +91,11 @@ fn figures(cx: &Cx<'_>, ui: &mut Ui) {
     let Some((answer, solution)) = cx.state.data.solved() else { return };
     let u = &solution.uncertainty;
     let unit = answer.report().settings.unit.name();
-    ui.label(text("If you calibrated again with other pictures like these, a point would move by this much, 1 σ.", font::regular(font::SMALL), t.text2));
+    ui.label(text(
+        "If you calibrated again with other pictures like these, a point would move by this much, 1 σ.",
+        font::regular(font::SMALL),
+        t.text2,
+    ));
     ui.add_space(10.0);
     let mut all: Vec<f64> = u.grid_px.iter().flatten().map(|v| v.unwrap_or(f64::INFINITY)).collect();
     all.sort_by(f64::total_cmp);
@@ -98,7 +115,12 @@ fn figures(cx: &Cx<'_>, ui: &mut Ui) {
     ui.add_space(10.0);
     let range = u.range.map_or_else(
         || "For points far away.".to_owned(),
-        |r| format!("For points as far as the boards were, {} {unit}.", crate::calib::number::significant(r, 3)),
+        |r| {
+            format!(
+                "For points as far as the boards were, {} {unit}.",
+                crate::calib::number::significant(r, 3)
+            )
+        },
     );
     ui.label(text(range, font::regular(font::SMALL), t.text3));
 }

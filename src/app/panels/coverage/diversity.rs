@@ -29,7 +29,9 @@ fn data(state: &State) -> Option<Vec<Strip>> {
         let frames = report.frames.iter().zip(&answer.ids).filter(|(f, _)| f.included);
         frames.filter_map(|(f, id)| Some((*id, value(f)?))).collect()
     };
-    let range = |values: &[(FrameId, f64)]| values.iter().fold((f64::MAX, f64::MIN), |(l, h), (_, v)| (l.min(*v), h.max(*v)));
+    let range = |values: &[(FrameId, f64)]| {
+        values.iter().fold((f64::MAX, f64::MIN), |(l, h), (_, v)| (l.min(*v), h.max(*v)))
+    };
     let tilts = gather(|f| f.tilt_rad.map(f64::to_degrees));
     let rolls = gather(|f| f.roll_rad.map(f64::to_degrees));
     let distances = gather(|f| f.distance);
@@ -41,10 +43,19 @@ fn data(state: &State) -> Option<Vec<Strip>> {
     );
     let (near, far) = range(&distances);
     let (least, most) = range(&rolls);
-    let turned = if most - least > 30.0 { "They differ enough." } else { "Turn the board in its plane by a quarter, too." };
+    let turned = if most - least > 30.0 {
+        "They differ enough."
+    } else {
+        "Turn the board in its plane by a quarter, too."
+    };
     let unit = report.settings.unit.name();
     Some(vec![
-        Strip { title: "Tilt", words: tilt_words, axis: Axis::new(0.0, high.max(60.0), 6, "°"), values: tilts },
+        Strip {
+            title: "Tilt",
+            words: tilt_words,
+            axis: Axis::new(0.0, high.max(60.0), 6, "°"),
+            values: tilts,
+        },
         Strip {
             title: "Roll",
             words: format!("From {}° to {most:.0}°. {turned}", minus(format!("{least:.0}"))),
@@ -53,7 +64,12 @@ fn data(state: &State) -> Option<Vec<Strip>> {
         },
         Strip {
             title: "Distance",
-            words: format!("From {} to {} {unit}, a factor of {:.1}.", significant(near, 3), significant(far, 3), far / near.max(1e-9)),
+            words: format!(
+                "From {} to {} {unit}, a factor of {:.1}.",
+                significant(near, 3),
+                significant(far, 3),
+                far / near.max(1e-9)
+            ),
             axis: Axis::new(0.0, far * 1.08, 6, unit),
             values: distances,
         },
@@ -74,15 +90,26 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
             ui.label(text(strip.title, font::semibold(font::SMALL), t.ink));
             ui.label(text(strip.words.as_str(), font::regular(font::SMALL), t.text2));
         });
-        let line = rect.shrink2(vec2(14.0, 0.0)).with_min_y(rect.top() + 28.0).with_max_y(rect.bottom() - 22.0);
+        let line =
+            rect.shrink2(vec2(14.0, 0.0)).with_min_y(rect.top() + 28.0).with_max_y(rect.bottom() - 22.0);
         let [low, top] = strip.axis.range;
         let x = |v: f64| line.left() + line.width() * ((v - low) / (top - low)) as f32;
         ui.painter().hline(line.x_range(), line.bottom(), Stroke::new(1.0, t.line2));
         for tick in &strip.axis.ticks {
             ui.painter().vline(x(*tick), line.bottom()..=line.bottom() + 4.0, Stroke::new(1.0, t.line2));
             let label = minus(format!("{tick}"));
-            let unit = if Some(tick) == strip.axis.ticks.last() { format!("{label} {}", strip.axis.unit) } else { label };
-            ui.painter().text(pos2(x(*tick), line.bottom() + 6.0), Align2::CENTER_TOP, unit, font::regular(font::CAPTION), t.text3);
+            let unit = if Some(tick) == strip.axis.ticks.last() {
+                format!("{label} {}", strip.axis.unit)
+            } else {
+                label
+            };
+            ui.painter().text(
+                pos2(x(*tick), line.bottom() + 6.0),
+                Align2::CENTER_TOP,
+                unit,
+                font::regular(font::CAPTION),
+                t.text3,
+            );
         }
         let response = ui.interact(line, ui.scope_id().with(("strip", k)), Sense::click());
         named(&response, egui::Role::Image, true, &format!("{}: {}", strip.title, strip.words));

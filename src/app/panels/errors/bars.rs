@@ -77,7 +77,10 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     plot(cx, &mut crate::app::panels::part(ui, "plot", plot_rect), "bars", true);
     let row = Rect::from_min_max(pos2(all.left(), all.bottom() - 28.0), all.max);
     let mut ui = ui.new_child(
-        egui::UiBuilder::new().id_salt("row").max_rect(row).layout(egui::Layout::left_to_right(egui::Align::Center)),
+        egui::UiBuilder::new()
+            .id_salt("row")
+            .max_rect(row)
+            .layout(egui::Layout::left_to_right(egui::Align::Center)),
     );
     let threshold = cx.state.doc.threshold_px;
     let over = above(&items, threshold);
@@ -85,7 +88,9 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         [] => format!("No picture lies above {threshold:.2} px"),
         [one] => format!("{} lies above {threshold:.2} px", one.name),
         [a, b] => format!("{} and {} lie above {threshold:.2} px", a.name, b.name),
-        [a, .., b] => format!("{} pictures, {} to {}, lie above {threshold:.2} px", over.len(), a.name, b.name),
+        [a, .., b] => {
+            format!("{} pictures, {} to {}, lie above {threshold:.2} px", over.len(), a.name, b.name)
+        }
     };
     ui.label(text(names, font::medium(font::SMALL), t.ink));
     ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -113,7 +118,11 @@ pub(super) fn plot(cx: &mut Cx<'_>, ui: &mut Ui, id: &str, large: bool) {
     let y = Axis::new(0.0, top, if large { 5 } else { 3 }, "px");
     let x = Axis::bare(-0.6, n as f64 - 0.4);
     let selected = cx.state.selected();
-    let overall = cx.state.data.solved().map_or(0.0, |(_, s)| if cx.state.screen.bars_rms { s.rms_px } else { s.stats.mean });
+    let overall = cx
+        .state
+        .data
+        .solved()
+        .map_or(0.0, |(_, s)| if cx.state.screen.bars_rms { s.rms_px } else { s.stats.mean });
     let before = cx.state.data.ghost.as_deref().and_then(|g| g.solution());
     let before = before.map(|s| if cx.state.screen.bars_rms { s.rms_px } else { s.stats.mean });
     let mut rect = ui.available_rect_before_wrap();
@@ -126,25 +135,37 @@ pub(super) fn plot(cx: &mut Cx<'_>, ui: &mut Ui, id: &str, large: bool) {
     let mut child = crate::app::panels::part(ui, id, rect);
     let color = |i: &Item| if selected == Some(i.id) { t.accent } else { t.bar };
     let shown = plots::plot(id, t, &x, &y, large).show(&mut child, |p| {
-        let bars = items.iter().enumerate().map(|(k, i)| Bar::new(k as f64, i.height).width(0.64).fill(color(i)).stroke(Stroke::NONE));
+        let bars = items
+            .iter()
+            .enumerate()
+            .map(|(k, i)| Bar::new(k as f64, i.height).width(0.64).fill(color(i)).stroke(Stroke::NONE));
         p.bar_chart(BarChart::new("mean", bars.collect()).allow_hover(false));
         for (k, i) in items.iter().enumerate() {
             let x = k as f64;
-            let whisker = |from: [f64; 2], to: [f64; 2]| Line::new("", PlotPoints::new(vec![from, to])).color(color(i)).width(1.0).allow_hover(false);
+            let whisker = |from: [f64; 2], to: [f64; 2]| {
+                Line::new("", PlotPoints::new(vec![from, to])).color(color(i)).width(1.0).allow_hover(false)
+            };
             p.line(whisker([x, i.height], [x, i.max]));
             if n <= 60 {
                 p.line(whisker([x - 0.15, i.max], [x + 0.15, i.max]));
             }
         }
         if let Some(before) = before {
-            p.hline(HLine::new("before", before).color(t.ink.gamma_multiply(0.35)).width(1.2).allow_hover(false));
+            p.hline(
+                HLine::new("before", before).color(t.ink.gamma_multiply(0.35)).width(1.2).allow_hover(false),
+            );
         }
         p.hline(HLine::new("overall", overall).color(t.ink).width(1.2).allow_hover(false));
     });
     plots::units(ui, t, &shown, &x, &y);
     let frame = *shown.transform.frame();
     let what = if cx.state.screen.bars_rms { "RMS" } else { "mean" };
-    named(&shown.response, egui::Role::Image, true, &format!("{what} error of {n} pictures, overall {overall:.3} px"));
+    named(
+        &shown.response,
+        egui::Role::Image,
+        true,
+        &format!("{what} error of {n} pictures, overall {overall:.3} px"),
+    );
     names(ui, t, &items, &shown, selected);
     if !large {
         return;
@@ -173,7 +194,13 @@ pub(super) fn plot(cx: &mut Cx<'_>, ui: &mut Ui, id: &str, large: bool) {
 }
 
 /// Names below the bars, as many as fit.
-fn names<R>(ui: &Ui, t: &crate::app::style::Tokens, items: &[Item], shown: &egui_plot::PlotResponse<R>, selected: Option<FrameId>) {
+fn names<R>(
+    ui: &Ui,
+    t: &crate::app::style::Tokens,
+    items: &[Item],
+    shown: &egui_plot::PlotResponse<R>,
+    selected: Option<FrameId>,
+) {
     let frame = *shown.transform.frame();
     let labels = short_names(items);
     let widest = labels.iter().map(|l| l.chars().count()).max().unwrap_or(1) as f32 * 6.5 + 6.0;
@@ -190,7 +217,13 @@ fn names<R>(ui: &Ui, t: &crate::app::style::Tokens, items: &[Item], shown: &egui
 }
 
 /// The threshold line with its handle; above the plot it waits at the upper edge.
-fn threshold<R>(cx: &mut Cx<'_>, ui: &mut Ui, shown: &egui_plot::PlotResponse<R>, frame: Rect, top: f64) -> Rect {
+fn threshold<R>(
+    cx: &mut Cx<'_>,
+    ui: &mut Ui,
+    shown: &egui_plot::PlotResponse<R>,
+    frame: Rect,
+    top: f64,
+) -> Rect {
     let t = cx.t;
     let value = cx.state.doc.threshold_px;
     let y = plots::at(shown, 0.0, value.min(top)).y;
@@ -206,7 +239,13 @@ fn threshold<R>(cx: &mut Cx<'_>, ui: &mut Ui, shown: &egui_plot::PlotResponse<R>
         ui.painter().hline(x..=x + 7.0, pill.center().y + dy, Stroke::new(1.2, t.on_ink));
     }
     let label = format!("{value:.2} px");
-    ui.painter().text(pill.right_center() - vec2(6.0, 0.0), Align2::RIGHT_CENTER, label, font::medium(font::CAPTION), on_accent(t));
+    ui.painter().text(
+        pill.right_center() - vec2(6.0, 0.0),
+        Align2::RIGHT_CENTER,
+        label,
+        font::medium(font::CAPTION),
+        on_accent(t),
+    );
     let response = response.on_hover_cursor(egui::CursorIcon::ResizeVertical);
     let mut to = None;
     if response.dragged()
@@ -216,7 +255,9 @@ fn threshold<R>(cx: &mut Cx<'_>, ui: &mut Ui, shown: &egui_plot::PlotResponse<R>
     }
     if response.has_focus() {
         ui.painter().rect_stroke(pill, 4.0, Stroke::new(2.0, t.accent), egui::StrokeKind::Outside);
-        let step = ui.input(|i| f64::from(i.num_presses(egui::Key::ArrowUp) as i32 - i.num_presses(egui::Key::ArrowDown) as i32));
+        let step = ui.input(|i| {
+            f64::from(i.num_presses(egui::Key::ArrowUp) as i32 - i.num_presses(egui::Key::ArrowDown) as i32)
+        });
         if step != 0.0 {
             to = Some(value + 0.01 * step);
         }

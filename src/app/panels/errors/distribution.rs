@@ -108,7 +108,7 @@ pub(super) fn plot(cx: &mut Cx<'_>, ui: &mut Ui, id: &str, large: bool) {
     let t = cx.t;
     let (Some(counts), Some((_, solution))) = (data(cx.state), cx.state.data.solved()) else { return };
     let most = counts.bars.iter().copied().max().unwrap_or(1).max(1) as f64;
-    let x = Axis::new(0.0, counts.top_px, if large { 5 } else { 2 }, "px");
+    let x = Axis::new(0.0, counts.top_px, if large { 5 } else { 3 }, "px");
     // Bars fill four fifths of the height, the share all of it.
     let y = Axis::bare(0.0, 1.04);
     let mut rect = ui.available_rect_before_wrap();
@@ -126,7 +126,9 @@ pub(super) fn plot(cx: &mut Cx<'_>, ui: &mut Ui, id: &str, large: bool) {
         p.bar_chart(BarChart::new("corners", bars.collect()).allow_hover(false));
         let start = std::iter::once([0.0, 0.0]);
         let curve = start.chain(counts.share.iter().enumerate().map(|(k, s)| [(k + 1) as f64 * fine, *s]));
-        p.line(Line::new("share", PlotPoints::new(curve.collect())).color(t.ink).width(1.5).allow_hover(false));
+        p.line(
+            Line::new("share", PlotPoints::new(curve.collect())).color(t.ink).width(1.5).allow_hover(false),
+        );
     });
     plots::units(ui, t, &shown, &x, &y);
     if large {
@@ -135,7 +137,13 @@ pub(super) fn plot(cx: &mut Cx<'_>, ui: &mut Ui, id: &str, large: bool) {
             let at = plots::at(&shown, counts.top_px, share);
             let font = font::regular(font::CAPTION);
             let label = format!("{:.0} %", 100.0 * share);
-            ui.painter().text(pos2(frame.right() + 5.0, at.y), egui::Align2::LEFT_CENTER, label, font, t.text3);
+            ui.painter().text(
+                pos2(frame.right() + 5.0, at.y),
+                egui::Align2::LEFT_CENTER,
+                label,
+                font,
+                t.text3,
+            );
             ui.painter().hline(frame.x_range(), at.y, Stroke::new(1.0, t.line));
         }
     }
@@ -144,7 +152,12 @@ pub(super) fn plot(cx: &mut Cx<'_>, ui: &mut Ui, id: &str, large: bool) {
     let label = if large { format!("{label} px") } else { label };
     plots::mark_x(ui, t, &shown, p95, 0.95, ["p95", &label]);
     let n = solution.stats.n;
-    named(&shown.response, egui::Role::Image, true, &format!("Errors of {n} corners, 95 % below {p95:.3} px"));
+    named(
+        &shown.response,
+        egui::Role::Image,
+        true,
+        &format!("Errors of {n} corners, 95 % below {p95:.3} px"),
+    );
 }
 
 #[cfg(test)]

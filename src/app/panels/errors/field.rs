@@ -1,12 +1,12 @@
 //! Residuals over the picture: what a lens model cannot explain stays as a pattern of arrows.
 
-use egui::{Align2, Rect, Sense, Stroke, Ui, pos2, vec2};
+use egui::{Rect, Sense, Stroke, Ui, pos2, vec2};
 
 use super::NOTHING;
 use crate::app::{
     cx::Cx,
     state::State,
-    style::{CASING, font, from_map},
+    style::{CASING, from_map},
     widgets::{color_bar, empty, fit, named},
 };
 
@@ -28,9 +28,10 @@ pub(super) struct Cell {
 pub(super) fn data(state: &State) -> Option<(Vec<Cell>, usize)> {
     let (answer, solution) = state.data.solved()?;
     let [w, h] = solution.camera.size_px.map(f64::from);
-    let residuals = answer.report().included().flat_map(|f| {
-        f.corners.iter().zip(&f.residuals_px).map(|(c, r)| ([c.px.x, c.px.y], *r))
-    });
+    let residuals = answer
+        .report()
+        .included()
+        .flat_map(|f| f.corners.iter().zip(&f.residuals_px).map(|(c, r)| ([c.px.x, c.px.y], *r)));
     Some(cells(residuals, [w, h]))
 }
 
@@ -38,7 +39,8 @@ fn cells(residuals: impl Iterator<Item = ([f64; 2], [f64; 2])>, [w, h]: [f64; 2]
     let [columns, rows] = [w, h].map(|n| (CELLS as f64 * n / w.max(h)).round().max(1.0) as usize);
     let mut cells = vec![Cell::default(); columns * rows];
     for ([x, y], [dx, dy]) in residuals {
-        let place = |v: f64, size: f64, n: usize| (((v + 0.5) / size * n as f64).max(0.0) as usize).min(n - 1);
+        let place =
+            |v: f64, size: f64, n: usize| (((v + 0.5) / size * n as f64).max(0.0) as usize).min(n - 1);
         let cell = &mut cells[place(y, h, rows) * columns + place(x, w, columns)];
         cell.n += 1;
         cell.mean_px = [cell.mean_px[0] + dx, cell.mean_px[1] + dy];
@@ -58,7 +60,8 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let (Some((cells, columns)), Some((_, solution))) = (data(cx.state), cx.state.data.solved()) else {
         return empty(ui, t, NOTHING);
     };
-    let longest = cells.iter().filter(|c| c.n > 1).map(|c| c.mean_px[0].hypot(c.mean_px[1])).fold(0.0, f64::max);
+    let longest =
+        cells.iter().filter(|c| c.n > 1).map(|c| c.mean_px[0].hypot(c.mean_px[1])).fold(0.0, f64::max);
     let top = cells.iter().map(|c| c.length_px).fold(0.0, f64::max).max(1e-9);
     let all = ui.available_rect_before_wrap();
     let room = Rect::from_min_max(pos2(all.left(), all.top() + 24.0), pos2(all.right() - 58.0, all.bottom()));
@@ -70,7 +73,9 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let times = if longest > 0.0 { nice(f64::from(side) / longest) } else { 1.0 };
     super::heading(ui, t, "Over the picture", &format!("mean per cell, arrows ×{times}"));
     ui.painter().rect_filled(map, 0.0, t.canvas);
-    let center = |k: usize| map.min + vec2(side * (k % columns) as f32, side * (k / columns) as f32) + vec2(side, side) / 2.0;
+    let center = |k: usize| {
+        map.min + vec2(side * (k % columns) as f32, side * (k / columns) as f32) + vec2(side, side) / 2.0
+    };
     for (k, cell) in cells.iter().enumerate().filter(|(_, c)| c.n > 0) {
         let rect = Rect::from_center_size(center(k), vec2(side - 1.0, side - 1.0)).intersect(map);
         ui.painter().rect_filled(rect, 0.0, from_map(colorous::CIVIDIS, cell.length_px / top));
@@ -100,9 +105,9 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         }
     }
     let bar = Rect::from_min_size(pos2(map.right() + 8.0, map.top() + 6.0), vec2(8.0, map.height() - 12.0));
-    let labels = [0.0, 0.5, 1.0].map(|s| (s as f32, if s == 1.0 { format!("{:.2} px", top) } else { format!("{:.2}", s * top) }));
+    let labels = [0.0, 0.5, 1.0]
+        .map(|s| (s as f32, if s == 1.0 { format!("{top:.2} px") } else { format!("{:.2}", s * top) }));
     color_bar(ui, t, bar, &labels, |s| from_map(colorous::CIVIDIS, s));
-    let _ = (Align2::LEFT_CENTER, font::SMALL);
 }
 
 /// 1, 2 or 5 times a power of ten, not above.

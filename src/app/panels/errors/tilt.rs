@@ -32,7 +32,10 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
             let by10 = trend.slope * ten;
             let half = trend.slope_ci95.map(|v| v * ten);
             let chance = if trend.is_significant() { "more than chance" } else { "no more than chance" };
-            minus(format!("{by10:+.3} px for 10° more (95 % interval {:+.3} to {:+.3}), {chance}", half[0], half[1]))
+            minus(format!(
+                "{by10:+.3} px for 10° more (95 % interval {:+.3} to {:+.3}), {chance}",
+                half[0], half[1]
+            ))
         },
     );
     ui.label(text(words, font::regular(font::SMALL), t.text2));
@@ -41,19 +44,26 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     for [x, y] in points {
         (far, top) = (far.max(*x), top.max(*y));
     }
-    let (x, y) = (Axis::new(0.0, far * 1.08, 6, "° between board and picture"), Axis::new(0.0, top * 1.15, 5, "px"));
+    let (x, y) =
+        (Axis::new(0.0, far * 1.08, 6, "° between board and picture"), Axis::new(0.0, top * 1.15, 5, "px"));
     let line = solution.trends.rms_by_tilt_rad.map(|trend| {
         let (low, high) = ids.iter().fold((f64::MAX, 0.0f64), |(l, h), (p, _)| (l.min(p[0]), h.max(p[0])));
         vec![[low, trend.at(low.to_radians())], [high, trend.at(high.to_radians())]]
     });
     let rect = ui.available_rect_before_wrap();
-    let mut child = crate::app::panels::part(ui, "tilt", rect.with_min_y(rect.top() + 14.0).with_max_y(rect.bottom() - 14.0));
+    let mut child = crate::app::panels::part(
+        ui,
+        "tilt",
+        rect.with_min_y(rect.top() + 14.0).with_max_y(rect.bottom() - 14.0),
+    );
     let shown = plots::plot("tilt", t, &x, &y, true).show(&mut child, |p| {
         if let Some(line) = line {
             p.line(Line::new("trend", PlotPoints::new(line)).color(t.ink).width(1.5).allow_hover(false));
         }
         p.points(Points::new("others", PlotPoints::new(others)).color(t.bar2).radius(3.5).allow_hover(false));
-        p.points(Points::new("selected", PlotPoints::new(chosen)).color(t.accent).radius(4.5).allow_hover(false));
+        p.points(
+            Points::new("selected", PlotPoints::new(chosen)).color(t.accent).radius(4.5).allow_hover(false),
+        );
     });
     super::scatter::end_unit(ui, t, &shown, &x);
     named(&shown.response, egui::Role::Image, true, "RMS of each picture against its tilt");

@@ -1,6 +1,6 @@
 //! Projection of the scene to the screen, far things first.
 
-use egui::{Painter, Pos2, Rect, Shape, Stroke, pos2};
+use egui::{Painter, Pos2, Rect, Shape, Stroke, Vec2, pos2};
 use nalgebra::{Point3, Vector3};
 
 use super::scene::Scene;
@@ -24,7 +24,11 @@ impl Drawn {
 
 fn inside(outline: &[Pos2], p: Pos2) -> bool {
     let edges = outline.iter().zip(outline.iter().cycle().skip(1));
-    edges.filter(|(a, b)| (a.y > p.y) != (b.y > p.y) && p.x < (b.x - a.x) * (p.y - a.y) / (b.y - a.y) + a.x).count() % 2 == 1
+    edges
+        .filter(|(a, b)| (a.y > p.y) != (b.y > p.y) && p.x < (b.x - a.x) * (p.y - a.y) / (b.y - a.y) + a.x)
+        .count()
+        % 2
+        == 1
 }
 
 /// The camera that looks at the scene: y points down as in pictures.
@@ -35,9 +39,28 @@ struct Eye {
     yaw: f64,
     pitch: f64,
     radius: f64,
+    /// Of the whole picture, so that what is seen stands in the middle.
+    shift: Vec2,
 }
 
 impl Eye {
+    /// Chooses scale and shift so that everything is seen, and `zoom` times as large.
+    fn fit(&mut self, scene: &Scene, zoom: f64) {
+        let outlines = scene.boards.iter().flat_map(|b| &b.outline);
+        let points = outlines.chain(scene.middle.iter().flatten()).chain(scene.tips.iter().flatten());
+        let mut bounds = Rect::NOTHING;
+        self.scale = 100.0;
+        for p in points {
+            bounds.extend_with(self.see(p).0);
+        }
+        if bounds.is_positive() {
+            let room = self.rect.shrink2(self.rect.size() * 0.04).size() / bounds.size();
+            let factor = f64::from(room.x.min(room.y)) * zoom;
+            self.scale *= factor;
+            self.shift = (self.rect.center() - bounds.center()) * factor as f32;
+        }
+    }
+
     /// Place on the screen and depth.
     fn see(&self, p: &Point3<f64>) -> (Pos2, f64) {
         let d = (p - self.center) / self.radius;
@@ -47,7 +70,7 @@ impl Eye {
         let seen = Vector3::new(turned.x, c * turned.y - s * turned.z, s * turned.y + c * turned.z);
         let depth = EYE + seen.z;
         let k = self.scale * EYE / depth.max(0.2);
-        let middle = self.rect.center();
+        let middle = self.rect.center() + self.shift;
         (pos2(middle.x + (seen.x * k) as f32, middle.y + (seen.y * k) as f32), depth)
     }
 }
@@ -62,8 +85,9 @@ pub(super) fn show(
     selected: Option<FrameId>,
 ) -> Drawn {
     let (center, radius) = scene.sphere;
-    let room = f64::from(rect.width().min(rect.height())) / 2.0;
-    let eye = Eye { rect, center, radius, scale: room * 0.98 * orbit.zoom, yaw: orbit.yaw, pitch: orbit.pitch };
+    let mut eye =
+        Eye { rect, center, radius, scale: 1.0, yaw: orbit.yaw, pitch: orbit.pitch, shift: Vec2::ZERO };
+    eye.fit(scene, orbit.zoom);
     floor(painter, t, scene, &eye);
     let mut things: Vec<(f64, usize)> = scene
         .boards

@@ -144,7 +144,8 @@ fn finished(boards: Vec<Thing>, middle: Vec<[Point3<f64>; 2]>, tips: Vec<Option<
     let center = Point3::from((low + high) / 2.0);
     let radius = points.iter().map(|p| (p - center).norm()).fold(0.0, f64::max).max(1e-9);
     let step = 10f64.powf((radius / 2.5).log10().floor());
-    let floor_step = [5.0, 2.0, 1.0].into_iter().map(|f| f * step).find(|s| *s <= radius / 2.5).unwrap_or(step);
+    let floor_step =
+        [5.0, 2.0, 1.0].into_iter().map(|f| f * step).find(|s| *s <= radius / 2.5).unwrap_or(step);
     Scene { boards, middle, tips, sphere: (center, radius), floor_y: high.y, floor_step, unit: "" }
 }
 

@@ -1,0 +1,173 @@
+use nalgebra::{Point3, Vector3};
+use rand::SeedableRng;
+use rand_distr::{Distribution, Normal};
+use rand_pcg::Pcg64;
+
+use super::*;
+use crate::calib::{
+    calibrate::{CameraSetup, Options, Problem, calibrate},
+    camera::Camera,
+    observation::{Corner, FrameId, Observation},
+    pose::Pose,
+    report::{FrameReport, FrameState, Report, Settings},
+    target::{BoardSize, Target},
+};
+
+const BOARD: BoardSize = BoardSize { cols: 9, rows: 6 };
+
+/// How a board stands: angles in degrees, the place of its middle in px, its distance in mm.
+type Stand = ([f64; 3], [f64; 2], f64);
+
+/// A report over boards seen by a known camera with noise of 0.1 px; `bend` lifts the board in its middle, mm.
+fn report(stands: &[Stand], bend: f64, spoil: impl Fn(usize, &mut Corner)) -> Report {
+    let params = vec![600.0, 600.0, 319.5, 239.5, -0.25, 0.08, 0.0, 0.0, 0.0];
+    let camera = Camera::new(Model::Brown5, [640, 480], params).unwrap();
+    let target = Target::checkerboard(BOARD, 25.0);
+    let noise = Normal::new(0.0, 0.1).unwrap();
+    let mut random = Pcg64::seed_from_u64(3);
+    let mut frames = Vec::new();
+    for (k, (angles, middle, distance)) in stands.iter().enumerate() {
+        let turn = Pose::from_euler_deg(*angles, Vector3::zeros());
+        let to = Vector3::new((middle[0] - 319.5) / 600.0, (middle[1] - 239.5) / 600.0, 1.0) * *distance;
+        let shift = to - turn.apply(&target.center_in_board()).coords;
+        let pose = Pose::from_euler_deg(*angles, shift);
+        let mut frame = FrameReport::new(format!("view{k}.png"));
+        for index in 0..BOARD.len() as u32 {
+            let p = target.point_in_board(index).unwrap();
+            let [u, v] = [p.x / 200.0 - 0.5, p.y / 125.0 - 0.5];
+            let lifted = Point3::new(p.x, p.y, bend * (1.0 - 2.0 * (u * u + v * v)));
+            let Some(px) = camera.project(&pose.apply(&lifted)) else { continue };
+            if (0.0..639.0).contains(&px.x) && (0.0..479.0).contains(&px.y) {
+                let mut corner = Corner { index, px, sigma_px: 0.1 };
+                corner.px.x += noise.sample(&mut random);
+                corner.px.y += noise.sample(&mut random);
+                spoil(k, &mut corner);
+                frame.corners.push(corner);
+            }
+        }
+        (frame.state, frame.found, frame.image_size_px) = (FrameState::Full, true, Some([640, 480]));
+        frames.push(frame);
+    }
+    let observation = |(k, f): (usize, &FrameReport)| Observation {
+        camera: 0,
+        frame: FrameId(k as u32),
+        corners: f.corners.clone(),
+    };
+    let problem = Problem {
+        cameras: vec![CameraSetup {
+            size_px: [640, 480],
+            model: Model::Brown5,
+            start: None,
+            focal_hint_px: None,
+        }],
+        target: target.clone(),
+        observations: frames.iter().enumerate().map(observation).collect(),
+        options: Options::default(),
+    };
+    let settings = Settings { board: Some(BOARD), square: 25.0, ..Settings::default() };
+    let mut report = Report::new(settings, Vec::new(), frames, Vec::new());
+    match calibrate(&problem, &mut |_| std::ops::ControlFlow::Continue(())) {
+        Ok(calibration) => report.calibrated(&calibration, &target),
+        Err(error) => report.failed(&error),
+    }
+    report
+}
+
+/// Boards everywhere, tilted to all sides.
+fn good() -> Vec<Stand> {
+    let mut list = Vec::new();
+    for (k, x) in [120.0, 320.0, 520.0].into_iter().enumerate() {
+        for (j, y) in [120.0, 240.0, 360.0].into_iter().enumerate() {
+            let sign = if (k + j) % 2 == 0 { 1.0 } else { -1.0 };
+            list.push((
+                [30.0 * sign, 25.0 * (k as f64 - 1.0), 40.0 * j as f64],
+                [x, y],
+                380.0 + 40.0 * (k as f64),
+            ));
+        }
+    }
+    for (angles, at) in [
+        ([40.0, 0.0, 0.0], [320.0, 240.0]),
+        ([0.0, 40.0, 90.0], [320.0, 240.0]),
+        ([-35.0, 20.0, 10.0], [300.0, 230.0]),
+    ] {
+        list.push((angles, at, 260.0));
+    }
+    list
+}
+
+fn codes(report: &Report) -> Vec<String> {
+    findings(report).into_iter().map(|f| f.code).collect()
+}
+
+#[test]
+fn a_good_set_is_good() {
+    let report = report(&good(), 0.0, |_, _| ());
+    let verdict = verdict(&report);
+    assert!(verdict.level <= Level::Warn, "{verdict:?}");
+    assert_eq!(verdict.rms_alone, "excellent");
+    let codes = codes(&report);
+    for code in ["few_views", "frontal", "loud_picture", "lens_pattern", "board_pattern", "no_camera"] {
+        assert!(!codes.iter().any(|c| c == code), "{codes:?}");
+    }
+}
+
+#[test]
+fn frontal_boards_are_not_trusted_whatever_their_rms() {
+    let stands: Vec<Stand> = (0..3)
+        .map(|k| ([6.0, 4.0 * f64::from(k), 0.0], [300.0 + 20.0 * f64::from(k), 240.0], 500.0))
+        .collect();
+    let report = report(&stands, 0.0, |_, _| ());
+    assert_eq!(verdict(&report).level, Level::Bad, "{:?}", verdict(&report));
+    if report.solution.is_some() {
+        let codes = codes(&report);
+        assert!(
+            codes.contains(&"frontal".to_owned()) && codes.contains(&"few_views".to_owned()),
+            "{codes:?}"
+        );
+    }
+}
+
+#[test]
+fn an_empty_side_is_named() {
+    let stands: Vec<Stand> =
+        good().into_iter().map(|(a, [x, y], d)| (a, [430.0 + (x - 320.0) * 0.3, y], d * 1.5)).collect();
+    let report = report(&stands, 0.0, |_, _| ());
+    let list = findings(&report);
+    let found = list.iter().find(|f| f.code == "no_corner").unwrap_or_else(|| panic!("{list:?}"));
+    assert!(found.title.contains("left quarter"), "{}", found.title);
+    assert_eq!(found.remedy, Some(Remedy::AddPictures));
+}
+
+#[test]
+fn a_spoilt_picture_is_named_with_its_remedy() {
+    let report = report(&good(), 0.0, |view, corner| {
+        if view == 4 {
+            let wobble = f64::from(corner.index * 7919 % 13) / 6.0 - 1.0;
+            corner.px.x += 0.9 * wobble;
+            corner.px.y -= 0.9 * wobble;
+        }
+    });
+    let list = findings(&report);
+    let loud = list.iter().find(|f| f.code == "loud_picture").unwrap_or_else(|| panic!("{list:?}"));
+    assert_eq!(loud.show, Show::Picture(4));
+    assert_eq!(loud.remedy.as_ref().map(Remedy::label), Some("Set aside view4".to_owned()));
+}
+
+#[test]
+fn a_bent_board_is_seen_in_its_residuals() {
+    let report = report(&good(), 3.0, |_, _| ());
+    let codes = codes(&report);
+    assert!(codes.iter().any(|c| c == "board_pattern" || c == "lens_pattern"), "{codes:?}");
+}
+
+#[test]
+fn without_a_camera_the_reason_is_the_verdict() {
+    let report = report(&[], 0.0, |_, _| ());
+    let verdict = verdict(&report);
+    assert!(verdict.level == Level::Bad && verdict.sentence.starts_with("No camera"), "{verdict:?}");
+    assert_eq!(findings(&report)[0].level, Level::Bad);
+    let nothing = Report::new(Settings::default(), Vec::new(), Vec::new(), Vec::new());
+    assert_eq!(super::verdict(&nothing).level, Level::Info);
+    assert!(findings(&nothing).is_empty());
+}
