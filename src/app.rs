@@ -253,6 +253,7 @@ impl App {
                 .frame(bar(Margin::ZERO))
                 .show(ui, |ui| zones::empty::show(&mut cx, ui, hovering));
         } else {
+            let narrow = ui.content_rect().width() < 1100.0;
             let wide = ui.content_rect().width() > 1500.0;
             let tall = ui.content_rect().height() > 850.0;
             Panel::top("top")
@@ -264,7 +265,13 @@ impl App {
                 .frame(bar(Margin::symmetric(8, 0)))
                 .show(ui, |ui| zones::strip::show(&mut cx, ui));
             Panel::right("answer")
-                .default_size(if wide { 348.0 } else { 304.0 })
+                .default_size(if wide {
+                    348.0
+                } else if narrow {
+                    262.0
+                } else {
+                    304.0
+                })
                 .size_range(260.0..=420.0)
                 .frame(bar(Margin::symmetric(14, 12)))
                 .show(ui, |ui| zones::answer::show(&mut cx, ui));
@@ -273,7 +280,13 @@ impl App {
                 .frame(bar(Margin::ZERO))
                 .show(ui, |ui| zones::tiles::show(&mut cx, ui));
             Panel::left("pictures")
-                .default_size(if wide { 272.0 } else { 250.0 })
+                .default_size(if wide {
+                    272.0
+                } else if narrow {
+                    206.0
+                } else {
+                    250.0
+                })
                 .size_range(200.0..=400.0)
                 .frame(bar(Margin::ZERO))
                 .show(ui, |ui| zones::pictures::show(&mut cx, ui));

@@ -125,11 +125,11 @@ fn camera(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer, format: usize) {
     let height = ui.available_height();
     ui.horizontal_top(|ui| {
         ui.vertical(|ui| {
-            ui.set_width(150.0);
+            ui.set_width(180.0);
             ui.spacing_mut().item_spacing.y = 1.0;
             let names = FORMATS.iter().map(|f| f.title).chain(["OpenCV-Python"]);
             for (i, name) in names.enumerate() {
-                let wide = vec2(150.0, 24.0);
+                let wide = vec2(180.0, 24.0);
                 let label = egui::Button::selectable(i == format, name).min_size(wide);
                 if ui.add(label).clicked() {
                     cx.show(|s| s.dialog = Some(Dialog::Export { part: ExportPart::Camera, format: i }));

@@ -58,7 +58,11 @@ pub fn plot(id: &str, t: &'static Tokens, x: &Axis, y: &Axis, clickable: bool) -
     let marks = |axis: &Axis| -> Vec<GridMark> {
         axis.ticks.iter().map(|v| GridMark { value: *v, step_size: axis.range[1] - axis.range[0] }).collect()
     };
-    let (x_marks, y_marks) = (marks(x), marks(y));
+    let (mut x_marks, y_marks) = (marks(x), marks(y));
+    // A short unit stands at the end of the numbers, where the last of them would be.
+    if !x.unit.is_empty() && x.unit.chars().count() < 4 {
+        x_marks.retain(|m| (m.value - x.range[0]) / (x.range[1] - x.range[0]) < 0.87);
+    }
     let hints = |hints: AxisHints<'static>, axis: &Axis| {
         let axis = axis.clone();
         hints

@@ -165,9 +165,11 @@ pub fn value_sigma(value: f64, sigma: f64) -> [String; 2] {
     with_sigma(value, sigma).map(minus)
 }
 
-/// Two significant digits with a bound: `±0.15`, `±11`, `>100`; `?` where nothing is known.
+/// Two significant digits with bounds: `<0.001`, `±0.15`, `±11`, `>100`, also where nothing is known.
 pub fn certainty(px: Option<f64>) -> String {
     match px {
+        Some(px) if px < 0.001 => "<0.001".to_owned(),
+        Some(px) if px < 0.01 => format!("±{px:.3}"),
         Some(px) if px < 100.0 => format!("±{}", crate::calib::number::significant(px, 2)),
         _ => ">100".to_owned(),
     }

@@ -112,7 +112,7 @@ impl Remedy {
 pub fn verdict(report: &Report) -> Verdict {
     let Some(solution) = &report.solution else {
         let (level, sentence) = match &report.error {
-            Some(error) => (Level::Bad, format!("No camera: {}", error.text)),
+            Some(_) => (Level::Bad, "No camera from these pictures".to_owned()),
             None => (Level::Info, "No camera yet".to_owned()),
         };
         return Verdict { level, sentence, rms_alone: String::new() };

@@ -94,15 +94,14 @@ fn key(window: &Harness<'_, App>) -> straightedge::job::Key {
 }
 
 /// The one place that says how alike two pictures must be: renderers differ by one level here and there.
-fn alike(name: &str) -> SnapshotOptions {
-    let _ = name;
+fn alike() -> SnapshotOptions {
     SnapshotOptions::new().threshold(0.9).max_failed_pixels(20).output_path("tests/snapshots")
 }
 
 /// Compares with the stored picture.
 fn picture(window: &mut Harness<'_, App>, name: &str) {
     window.run_ok();
-    window.snapshot_options(name, &alike(name));
+    window.snapshot_options(name, &alike());
 }
 
 /// A dropped path.

@@ -120,8 +120,12 @@ fn corners(cx: &mut Cx<'_>, ui: &mut Ui) {
     let words = if empty_regions.is_empty() {
         "Every border strip and corner of the picture has seen the board.".to_owned()
     } else {
-        let names: Vec<&str> = empty_regions.iter().map(|r| r.name).collect();
-        format!("No corner {}.", names.join(", "))
+        let names: Vec<&str> = empty_regions.iter().take(3).map(|r| r.name).collect();
+        let more = match empty_regions.len().saturating_sub(3) {
+            0 => String::new(),
+            n => format!(" and in {}", crate::calib::number::counted(n, "more place")),
+        };
+        format!("No corner {}{more}.", names.join(", "))
     };
     let response = ui.interact(rect, ui.scope_id().with("corners"), Sense::hover());
     named(&response, egui::Role::Image, true, &format!("{} corners over the picture. {words}", points.len()));

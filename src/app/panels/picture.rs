@@ -46,7 +46,8 @@ fn switches(cx: &mut Cx<'_>, ui: &mut Ui) {
     if !sheet && icon_button(ui, t, icon::FIT, "Show all of the picture", true).clicked() {
         cx.show(|s| s.view = None);
     }
-    if !sheet {
+    let narrow = ui.content_rect().width() < 1100.0;
+    if !sheet && !narrow {
         let zoom = ui.data(|d| d.get_temp::<f64>(egui::Id::unique("zoom shown"))).unwrap_or(1.0);
         let pixels = f64::from(ui.pixels_per_point());
         ui.label(crate::app::widgets::text(
@@ -66,7 +67,7 @@ fn head(cx: &mut Cx<'_>, ui: &mut Ui) {
         let at = cx.state.doc.frames.iter().position(|f| f.id == id).map_or(0, |i| i + 1);
         let name = if cx.state.screen.sheet { "All pictures".to_owned() } else { cx.state.name(id) };
         ui.label(text(name, font::semibold(font::BODY), t.ink));
-        if !cx.state.screen.sheet {
+        if !cx.state.screen.sheet && ui.content_rect().width() >= 1100.0 {
             let of = format!("{at} of {}", cx.state.doc.frames.len());
             ui.label(text(of, font::regular(font::BODY), t.text3));
         }

@@ -100,7 +100,7 @@ fn numbers(cx: &Cx<'_>, ui: &mut Ui, answer: &Answer, solution: &Solution) {
             "The same in the worst of the four corners of the picture",
         ),
         (
-            significant(solution.rms_px, 3),
+            format!("{:.3}", solution.rms_px),
             "px RMS fit",
             t.ink,
             "Root mean square of the distances between detected and projected corners. It says how well the corners fit, not how good the camera is",
@@ -108,7 +108,7 @@ fn numbers(cx: &Cx<'_>, ui: &mut Ui, answer: &Answer, solution: &Solution) {
         (used.to_string(), "used", t.ink, "Pictures that the calibration uses"),
     ];
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 42.0), Sense::hover());
-    let widths = [0.27, 0.27, 0.265, 0.195];
+    let widths = [0.265, 0.255, 0.25, 0.23];
     let mut x = rect.left();
     for (k, (number, what, color, help)) in cells.into_iter().enumerate() {
         let what = if k == 3 { format!("of {} used", answer.report().frames.len()) } else { what.to_owned() };
@@ -232,14 +232,14 @@ fn camera(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
         let uncertain = i >= 4 && sigma.is_some_and(|s| value.abs() < 2.0 * s);
         if sigma.is_some() {
             painter.text(
-                pos2(rect.left() + 128.0, y),
+                pos2(rect.left() + 134.0, y),
                 Align2::LEFT_CENTER,
                 format!("± {bound}"),
                 small(),
                 t.text2,
             );
         } else {
-            painter.text(pos2(rect.left() + 128.0, y), Align2::LEFT_CENTER, "held", small(), t.text3);
+            painter.text(pos2(rect.left() + 134.0, y), Align2::LEFT_CENTER, "held", small(), t.text3);
         }
         let right = pos2(rect.right(), y);
         let moved = ghost.as_deref().and_then(|g| {

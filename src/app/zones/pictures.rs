@@ -184,7 +184,7 @@ fn head(cx: &mut Cx<'_>, ui: &mut Ui) {
         ui.label(text("Pictures", font::semibold(font::BODY), t.ink));
         let used = cx.state.data.answer.as_deref().map_or(0, |a| a.report().included().count());
         let all = cx.state.doc.frames.len();
-        let counts = if used == all { format!("{used} used") } else { format!("{used} of {all} used") };
+        let counts = if used == all { format!("{used} used") } else { format!("{used} of {all}") };
         ui.label(text(counts, font::regular(font::BODY), t.text3));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.add_space(4.0);

@@ -11,10 +11,7 @@ use crate::{
         style::{font, icon},
         widgets::{level, minus, named, text},
     },
-    calib::{
-        diagnose::Level,
-        number::{counted, significant},
-    },
+    calib::{diagnose::Level, number::counted},
 };
 
 /// A stage of the work.
@@ -150,7 +147,7 @@ fn stages(state: &State) -> Vec<Stage> {
     let failed = report.is_some_and(|r| r.error.is_some());
     list.push(stage(
         "Solve",
-        solved.map(|s| format!("{} px", significant(s.rms_px, 3))).unwrap_or_default(),
+        solved.map(|s| format!("{:.3} px", s.rms_px)).unwrap_or_default(),
         solved.map(|_| Level::Good).or(failed.then_some(Level::Bad)),
         Tile::Errors,
         false,

@@ -42,7 +42,7 @@ fn no_camera(facts: &Facts<'_>) -> Vec<Finding> {
     let Some(error) = &facts.report.error else { return Vec::new() };
     let found = facts.report.frames.iter().filter(|f| f.found).count();
     let title = format!("{} of {} show the board", found, counted(facts.report.frames.len(), "picture"));
-    finding(&error.code, Level::Bad, title, error.text.clone(), Show::Pictures, Some(Remedy::AddPictures))
+    finding(&error.code, Level::Bad, title, sentence(&error.text), Show::Pictures, Some(Remedy::AddPictures))
 }
 
 fn few_views(facts: &Facts<'_>) -> Vec<Finding> {
@@ -63,7 +63,7 @@ fn few_views(facts: &Facts<'_>) -> Vec<Finding> {
 fn frontal(facts: &Facts<'_>) -> Vec<Finding> {
     let tilts: Vec<f64> = facts.used.iter().filter_map(|(_, f)| f.tilt_rad.map(f64::to_degrees)).collect();
     let most = tilts.iter().copied().fold(0.0, f64::max);
-    if tilts.is_empty() || most >= 25.0 {
+    if tilts.is_empty() || most >= 20.0 {
         return Vec::new();
     }
     let title = "All boards face the camera".to_owned();
@@ -227,20 +227,33 @@ fn aside(facts: &Facts<'_>) -> Vec<Finding> {
         .collect();
     let title =
         if n == 1 { "1 picture is set aside".to_owned() } else { format!("{n} pictures are set aside") };
-    let more = if list.len() > 2 { "; …" } else { "" };
-    finding("set_aside", Level::Info, title, format!("{}{more}.", said.join("; ")), Show::Pictures, None)
+    let more = if list.len() > 2 { "; …" } else { "." };
+    finding(
+        "set_aside",
+        Level::Info,
+        title,
+        format!("{}{more}", sentence(&said.join("; ")).trim_end_matches('.')),
+        Show::Pictures,
+        None,
+    )
 }
 
 /// Warnings of other parts, in their own words.
 fn others(facts: &Facts<'_>) -> Vec<Finding> {
     let list = facts.report.warnings.iter().filter(|w| !SAID.contains(&w.code.as_str()));
     list.flat_map(|w| {
-        let words = w.code.replace('_', " ");
-        let mut letters = words.chars();
-        let title = letters.next().map(|c| c.to_uppercase().chain(letters).collect()).unwrap_or_default();
-        finding(&w.code, Level::Info, title, w.text.clone(), Show::Pictures, None)
+        let title = sentence(&w.code.replace('_', " ")).trim_end_matches('.').to_owned();
+        finding(&w.code, Level::Info, title, sentence(&w.text), Show::Pictures, None)
     })
     .collect()
+}
+
+/// With a capital and a full stop.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|c| c.to_uppercase().collect::<String>()).unwrap_or_default();
+    let rest = letters.as_str();
+    if rest.ends_with(['.', '!', '?']) { first + rest } else { first + rest + "." }
 }
 
 fn stem(name: &str) -> &str {

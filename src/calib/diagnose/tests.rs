@@ -165,7 +165,7 @@ fn a_bent_board_is_seen_in_its_residuals() {
 fn without_a_camera_the_reason_is_the_verdict() {
     let report = report(&[], 0.0, |_, _| ());
     let verdict = verdict(&report);
-    assert!(verdict.level == Level::Bad && verdict.sentence.starts_with("No camera"), "{verdict:?}");
+    assert!(verdict.level == Level::Bad && verdict.sentence.starts_with("No camera from"), "{verdict:?}");
     assert_eq!(findings(&report)[0].level, Level::Bad);
     let nothing = Report::new(Settings::default(), Vec::new(), Vec::new(), Vec::new());
     assert_eq!(super::verdict(&nothing).level, Level::Info);

@@ -8,7 +8,7 @@ use straightedge::app::{
     session::Session,
 };
 
-use super::{click, demonstrated, key, opened, pictures, says, settle, until, window, with_home};
+use super::{click, key, opened, pictures, says, settle, until, window, with_home};
 
 const SIZE: [f32; 2] = [1000.0, 700.0];
 
@@ -97,5 +97,4 @@ fn an_orderly_end_leaves_nothing_behind() {
     drop(window);
     let window = with_home(SIZE, Theme::Dark, Vec::new(), Some(folder.path().to_owned()));
     assert!(window.state().state.doc.frames.is_empty());
-    let _ = demonstrated;
 }

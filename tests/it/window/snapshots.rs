@@ -1,40 +1,72 @@
 //! Pictures of the window, in both themes: each page of each panel comes from the registry.
 
+use std::sync::Arc;
+
 use egui::Theme;
-use straightedge::app::{
-    panels::PANELS,
-    screen::{Dialog, ExportPart, Screen},
+use egui_kittest::{Harness, image_snapshot_options};
+use image::imageops;
+use straightedge::{
+    app::{
+        App,
+        action::{Action, demo},
+        panels::PANELS,
+        screen::{Dialog, ExportPart, Screen},
+        state::Frame,
+    },
+    calib::observation::FrameId,
+    job::Source,
 };
 
-use super::{demonstrated, picture, window};
+use super::{alike, demonstrated, picture, settle, window};
 
 const SIZE: [f32; 2] = [1280.0, 720.0];
+/// The centre of a window of that size: left, top, width, height.
+const CENTER: [u32; 4] = [250, 68, 726, 454];
 
 fn name(theme: Theme, what: &str) -> String {
     let theme = if theme == Theme::Dark { "dark" } else { "light" };
-    format!("{}_{theme}", what.to_lowercase().replace([' ', '/'], "-"))
+    format!("{}_{theme}", what.to_lowercase().replace(" / ", "-").replace(' ', "_"))
+}
+
+/// Shows something and waits for it; times are masked.
+fn show(window: &mut Harness<'_, App>, screen: Screen) {
+    window.state_mut().act(Action::Show(Box::new(screen)));
+    settle(window);
+    window.state_mut().state.data.took_ms = None;
+    window.run_ok();
 }
 
 fn every_page(theme: Theme) {
     let mut window = demonstrated(SIZE, theme);
-    window.state_mut().state.data.took_ms = None;
-    let mut shoot = |screen: Screen, what: &str| {
-        window.state_mut().act(straightedge::app::action::Action::Show(Box::new(screen)));
-        super::settle(&mut window);
-        window.state_mut().state.data.took_ms = None;
-        picture(&mut window, &name(theme, what));
-    };
     for panel in &PANELS {
         for (i, page) in panel.pages.iter().enumerate() {
             let mut screen = Screen { center: panel.tile, ..Screen::default() };
             screen.pages[panel.tile.index()] = i;
-            shoot(screen, &format!("{} {}", panel.title.replace(" / ", "-"), page.name));
+            show(&mut window, screen);
+            let name = name(theme, &format!("{} {}", panel.title, page.name));
+            if i == 0 {
+                picture(&mut window, &name);
+            } else {
+                // The rest of the window is on the first page's picture.
+                let [x, y, w, h] = CENTER;
+                let center = imageops::crop_imm(&window.render().unwrap(), x, y, w, h).to_image();
+                image_snapshot_options(&center, &name, &alike());
+            }
         }
     }
+    let mut shoot = |screen: Screen, what: &str| {
+        show(&mut window, screen);
+        picture(&mut window, &name(theme, what));
+    };
     shoot(Screen { sheet: true, ..Screen::default() }, "sheet");
     shoot(Screen { more: true, ..Screen::default() }, "more");
-    let export = Dialog::Export { part: ExportPart::Camera, format: 0 };
-    for (dialog, what) in [(export, "export"), (Dialog::Shortcuts, "shortcuts"), (Dialog::Board, "board")] {
+    let export = |part| Dialog::Export { part, format: 0 };
+    for (dialog, what) in [
+        (export(ExportPart::Camera), "export"),
+        (export(ExportPart::Pictures), "export pictures"),
+        (Dialog::Shortcuts, "shortcuts"),
+        (Dialog::Board, "board"),
+    ] {
         shoot(Screen { dialog: Some(dialog), ..Screen::default() }, what);
     }
 }
@@ -50,9 +82,76 @@ fn every_page_light() {
 }
 
 #[test]
-fn empty() {
-    for theme in [Theme::Dark, Theme::Light] {
-        let mut window = window(SIZE, theme);
-        picture(&mut window, &name(theme, "empty"));
+fn empty_dark() {
+    picture(&mut window(SIZE, Theme::Dark), "empty_dark");
+}
+
+#[test]
+fn empty_light() {
+    picture(&mut window(SIZE, Theme::Light), "empty_light");
+}
+
+#[test]
+fn while_pictures_are_read() {
+    let mut window = window(SIZE, Theme::Dark);
+    let all = demo();
+    window.state_mut().act(Action::Open(all[..6].to_vec()));
+    settle(&mut window);
+    // More have been opened; nothing plans for them, so the picture stands still.
+    let state = &mut window.state_mut().state;
+    let frames = all.into_iter().enumerate().map(|(i, source)| Frame { id: FrameId(i as u32), source });
+    state.doc.frames = Arc::new(frames.collect());
+    state.data.took_ms = None;
+    picture(&mut window, "reading_dark");
+}
+
+#[test]
+fn nothing_can_be_read() {
+    let mut window = window(SIZE, Theme::Dark);
+    let files = ["IMG_0001.jpg", "IMG_0002.jpg", "IMG_0003.jpg"];
+    window.state_mut().act(Action::Open(files.map(|f| Source::File(format!("holiday/{f}").into())).to_vec()));
+    settle(&mut window);
+    window.state_mut().state.data.took_ms = None;
+    picture(&mut window, "nothing_found_dark");
+}
+
+/// The demo's pictures over and over, as if they were different ones.
+fn many(window: &mut Harness<'_, App>, n: u32) {
+    let state = &mut window.state_mut().state;
+    let mut doc = state.doc.clone();
+    let mut frames = doc.frames.to_vec();
+    for id in frames.len() as u32..n {
+        let from = &state.doc.frames[id as usize % 15];
+        let mut seen = state.data.inspections[&from.id].clone().unwrap().as_ref().clone();
+        seen.pixels_hash = u128::from(id);
+        state.data.inspections.insert(FrameId(id), Ok(Arc::new(seen)));
+        state.data.thumbnails.insert(FrameId(id), state.data.thumbnails[&from.id].clone());
+        frames.push(Frame { id: FrameId(id), source: from.source.clone() });
     }
+    doc.next_id = n;
+    doc.frames = Arc::new(frames);
+    window.state_mut().act(Action::Edit(Box::new(doc)));
+    settle(window);
+}
+
+#[test]
+fn two_hundred_pictures() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    many(&mut window, 200);
+    show(&mut window, Screen { center: PANELS[2].tile, ..Screen::default() });
+    picture(&mut window, "two_hundred_dark");
+}
+
+#[test]
+fn small_window() {
+    let mut window = demonstrated([900.0, 600.0], Theme::Light);
+    window.state_mut().state.data.took_ms = None;
+    picture(&mut window, "small_light");
+}
+
+#[test]
+fn large_window() {
+    let mut window = demonstrated([1920.0, 1080.0], Theme::Dark);
+    window.state_mut().state.data.took_ms = None;
+    picture(&mut window, "large_dark");
 }

@@ -9,6 +9,7 @@ use crate::app::{
     style::{CASING, from_map},
     widgets::{color_bar, empty, fit, named},
 };
+use crate::calib::number::significant;
 
 /// Cells along the longer side.
 const CELLS: usize = 12;
@@ -105,8 +106,9 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         }
     }
     let bar = Rect::from_min_size(pos2(map.right() + 8.0, map.top() + 6.0), vec2(8.0, map.height() - 12.0));
-    let labels = [0.0, 0.5, 1.0]
-        .map(|s| (s as f32, if s == 1.0 { format!("{top:.2} px") } else { format!("{:.2}", s * top) }));
+    let labels = [0.0, 0.5, 1.0].map(|s| {
+        (s as f32, if s == 1.0 { format!("{} px", significant(top, 2)) } else { significant(s * top, 2) })
+    });
     color_bar(ui, t, bar, &labels, |s| from_map(colorous::CIVIDIS, s));
 }
 
