@@ -287,7 +287,7 @@ impl App {
                 } else {
                     250.0
                 })
-                .size_range(200.0..=400.0)
+                .size_range(230.0..=400.0)
                 .frame(bar(Margin::ZERO))
                 .show(ui, |ui| zones::pictures::show(&mut cx, ui));
             egui::CentralPanel::no_frame().show(ui, |ui| zones::center::show(&mut cx, ui));
@@ -387,7 +387,7 @@ pub fn run(paths: Vec<PathBuf>) -> Result<(), String> {
         .with_title("Straightedge")
         .with_app_id("straightedge")
         .with_inner_size([1280.0, 800.0])
-        .with_min_inner_size([800.0, 560.0])
+        .with_min_inner_size([1024.0, 640.0])
         .with_drag_and_drop(true);
     let options = eframe::NativeOptions { viewport, ..Default::default() };
     eframe::run_native(ID, options, Box::new(|cc| Ok(Box::new(App::new(cc, paths)))))

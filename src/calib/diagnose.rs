@@ -153,8 +153,11 @@ fn judged(report: &Report, solution: &Solution) -> (Level, String) {
     let bent = report.warnings.iter().any(|w| w.code == "model_folds");
     let worst = u.worst_corner_px;
     if guessed.is_none() && worst.is_some_and(|px| px <= GUESS_PX) {
-        let [center, corner] = [u.center_px, worst].map(|px| significant(px.unwrap_or(0.0), 2));
-        let text = format!("Good everywhere: ±{center} px at the centre, ±{corner} px in the corners");
+        // Nobody needs, or believes, more digits than thousandths of a pixel.
+        let short =
+            |px: f64| if px < 0.001 { "under 0.001".to_owned() } else { format!("±{}", significant(px, 2)) };
+        let [center, corner] = [u.center_px, worst].map(|px| short(px.unwrap_or(0.0)));
+        let text = format!("Good everywhere: {center} px at the centre, {corner} px in the corners");
         return (Level::Good, text);
     }
     let place = guessed.unwrap_or("in the corners");

@@ -40,13 +40,13 @@ fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
 fn switches(cx: &mut Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
     let sheet = cx.state.screen.sheet;
+    let narrow = ui.content_rect().width() < 1100.0;
     if icon_button(ui, t, icon::SHEET, if sheet { "One picture" } else { "All pictures" }, true).clicked() {
         cx.show(|s| s.sheet = !sheet);
     }
-    if !sheet && icon_button(ui, t, icon::FIT, "Show all of the picture", true).clicked() {
+    if !sheet && !narrow && icon_button(ui, t, icon::FIT, "Show all of the picture", true).clicked() {
         cx.show(|s| s.view = None);
     }
-    let narrow = ui.content_rect().width() < 1100.0;
     if !sheet && !narrow {
         let zoom = ui.data(|d| d.get_temp::<f64>(egui::Id::unique("zoom shown"))).unwrap_or(1.0);
         let pixels = f64::from(ui.pixels_per_point());

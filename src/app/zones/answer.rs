@@ -108,7 +108,7 @@ fn numbers(cx: &Cx<'_>, ui: &mut Ui, answer: &Answer, solution: &Solution) {
         (used.to_string(), "used", t.ink, "Pictures that the calibration uses"),
     ];
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 42.0), Sense::hover());
-    let widths = [0.265, 0.255, 0.25, 0.23];
+    let widths = [0.27, 0.255, 0.25, 0.225];
     let mut x = rect.left();
     for (k, (number, what, color, help)) in cells.into_iter().enumerate() {
         let what = if k == 3 { format!("of {} used", answer.report().frames.len()) } else { what.to_owned() };

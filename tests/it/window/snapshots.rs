@@ -144,7 +144,7 @@ fn two_hundred_pictures() {
 
 #[test]
 fn small_window() {
-    let mut window = demonstrated([900.0, 600.0], Theme::Light);
+    let mut window = demonstrated([1024.0, 640.0], Theme::Light);
     window.state_mut().state.data.took_ms = None;
     picture(&mut window, "small_light");
 }
