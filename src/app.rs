@@ -85,6 +85,7 @@ impl App {
             home: Home::new(home),
             opened: None,
         };
+        app.state.recent.clone_from(&app.home.recent);
         if !paths.is_empty() {
             app.act(Action::Do(Command::OpenPaths(paths)));
         } else if let Some(session) = app.home.left_behind() {
@@ -190,6 +191,7 @@ impl App {
                     return self.inbox.open_session(session.clone(), copy);
                 }
                 self.home.opened(&paths);
+                self.state.recent.clone_from(&self.home.recent);
                 let folder = paths.iter().any(|p| p.is_dir());
                 self.inbox.list(paths, folder || self.state.doc.frames.is_empty());
             }
@@ -268,7 +270,7 @@ impl App {
                 .default_size(if wide {
                     348.0
                 } else if narrow {
-                    262.0
+                    288.0
                 } else {
                     304.0
                 })
@@ -283,7 +285,7 @@ impl App {
                 .default_size(if wide {
                     272.0
                 } else if narrow {
-                    206.0
+                    236.0
                 } else {
                     250.0
                 })

@@ -19,7 +19,7 @@ mod undistort;
 
 use std::{path::PathBuf, process::ExitCode};
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 
 use crate::calib::{Error, Result};
 use crate::job::store;
@@ -74,9 +74,14 @@ pub fn main(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>) -> Exit
 fn open(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>, paths: Vec<PathBuf>) -> ExitCode {
     for path in &paths {
         if !path.exists() {
-            let message =
-                "there is no such file or folder: check the path (straightedge --help lists the commands)";
-            return fail(&Error::File { path: path.display().to_string(), message: message.to_owned() });
+            let word = path.display().to_string();
+            let message = match likely_command(&word) {
+                Some(command) => {
+                    format!("there is no such command, file or folder: a similar command is '{command}'")
+                }
+                None => "there is no such file or folder: check the path".to_owned(),
+            };
+            return fail(&Error::File { path: word, message });
         }
     }
     match window(paths) {
@@ -88,6 +93,14 @@ fn open(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>, paths: Vec<
             ExitCode::from(NO_RESULT)
         }
     }
+}
+
+/// The command that a word may have been meant to be.
+fn likely_command(word: &str) -> Option<String> {
+    let commands = Cli::command();
+    let names = commands.get_subcommands().map(|c| (strsim::jaro_winkler(word, c.get_name()), c.get_name()));
+    let (likeness, name) = names.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (likeness > 0.8).then(|| name.to_owned())
 }
 
 /// Says what is wrong on stderr and answers the exit code.

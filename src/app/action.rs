@@ -95,19 +95,17 @@ impl State {
             Action::Add(sources) => self.add(sources),
             Action::Open(sources) => {
                 let screen = Screen { layers: self.screen.layers, ..Screen::default() };
-                *self = Self { revision: self.revision, content: self.content, screen, ..Self::default() };
+                *self = Self { screen, ..self.fresh() };
                 self.add(sources);
                 self.past.clear();
             }
             Action::Restore(session) => {
                 let session = *session;
-                *self = Self { revision: self.revision, content: self.content, ..Self::default() };
+                *self = self.fresh();
                 self.data.inspections = session.inspections();
                 self.doc = session.document;
             }
-            Action::Close => {
-                *self = Self { revision: self.revision, content: self.content, ..Self::default() }
-            }
+            Action::Close => *self = self.fresh(),
             Action::Edit(doc) => self.edit(*doc),
             Action::Drag(doc) => self.doc = *doc,
             Action::Show(screen) => self.screen = *screen,
@@ -128,6 +126,12 @@ impl State {
             Action::Do(_) => {}
         }
         self.recall();
+    }
+
+    /// Nothing open; counters go on, and what was open once is remembered.
+    fn fresh(&mut self) -> Self {
+        let recent = std::mem::take(&mut self.recent);
+        Self { revision: self.revision, content: self.content, recent, ..Self::default() }
     }
 
     fn edit(&mut self, doc: Document) {

@@ -2,6 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
     sync::Arc,
 };
 
@@ -213,6 +214,8 @@ pub struct State {
     pub data: Data,
     /// What is on the screen.
     pub screen: Screen,
+    /// Folders that were opened, the last first.
+    pub recent: Vec<PathBuf>,
     /// Counts changes; plans are made when it moves.
     pub revision: u64,
     /// Counts changes of what a session holds.

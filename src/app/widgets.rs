@@ -127,7 +127,7 @@ pub fn color_bar(ui: &Ui, t: &Tokens, rect: Rect, labels: &[(f32, String)], at: 
     let n = 64;
     for i in 0..n {
         let [low, high] = [i, i + 1].map(|k| rect.bottom() - rect.height() * k as f32 / n as f32);
-        let part = Rect::from_min_max(pos2(rect.left(), high), pos2(rect.right(), low + 0.5));
+        let part = Rect::from_min_max(pos2(rect.left(), high), pos2(rect.right(), low + 1.0));
         painter.rect_filled(part.intersect(rect), 0.0, at((f64::from(i) + 0.5) / f64::from(n)));
     }
     for (share, label) in labels {

@@ -122,14 +122,14 @@ pub fn verdict(report: &Report) -> Verdict {
         rms if rms <= 0.5 => "good",
         _ => "poor",
     };
-    let (level, sentence) = judged(report, solution);
+    let (level, sentence) = judged(solution);
     Verdict { level, sentence, rms_alone: rms_alone.to_owned() }
 }
 
 /// Certainty beyond which a place is a guess, px.
 const GUESS_PX: f64 = 1.0;
 
-fn judged(report: &Report, solution: &Solution) -> (Level, String) {
+fn judged(solution: &Solution) -> (Level, String) {
     let u = &solution.uncertainty;
     let focal = solution.camera.intrinsics()[0];
     let sigma = solution.sigma.iter().find(|(name, _)| *name == "fx").and_then(|(_, s)| *s).unwrap_or(0.0);
@@ -150,7 +150,6 @@ fn judged(report: &Report, solution: &Solution) -> (Level, String) {
         return (Level::Bad, "Not trustworthy: the refinement did not reach its optimum".to_owned());
     }
     let guessed = facts::guessed(u, GUESS_PX);
-    let bent = report.warnings.iter().any(|w| w.code == "model_folds");
     let worst = u.worst_corner_px;
     if guessed.is_none() && worst.is_some_and(|px| px <= GUESS_PX) {
         // Nobody needs, or believes, more digits than thousandths of a pixel.
@@ -161,8 +160,7 @@ fn judged(report: &Report, solution: &Solution) -> (Level, String) {
         return (Level::Good, text);
     }
     let place = guessed.unwrap_or("in the corners");
-    let level = if bent && worst.is_none() { Level::Bad } else { Level::Warn };
-    (level, format!("Good in the middle, a guess {place}"))
+    (Level::Warn, format!("Good in the middle, a guess {place}"))
 }
 
 /// What is behind the verdict, the worst first.

@@ -85,6 +85,18 @@ fn open(cx: &mut Cx<'_>, ui: &mut Ui) {
         if ui.button("Open session…").clicked() {
             cx.ask(Command::OpenSession);
         }
+        if !cx.state.recent.is_empty() {
+            ui.menu_button("Recent", |ui| {
+                for folder in &cx.state.recent {
+                    let name = folder
+                        .file_name()
+                        .map_or_else(|| folder.display().to_string(), |n| n.to_string_lossy().into_owned());
+                    if ui.button(name).on_hover_text(folder.display().to_string()).clicked() {
+                        cx.ask(Command::OpenPaths(vec![folder.clone()]));
+                    }
+                }
+            });
+        }
         ui.separator();
         if ui.button("Try the demo").clicked() {
             cx.push(Action::Open(demo()));

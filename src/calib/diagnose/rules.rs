@@ -81,7 +81,7 @@ fn folds(facts: &Facts<'_>) -> Vec<Finding> {
     let held = facts.solution.is_some_and(|s| s.sigma.iter().any(|(n, v)| n == "k3" && v.is_some()));
     let remedy = held.then(|| Remedy::Hold(vec!["k3".to_owned()]));
     let title = "The lens model folds inside the picture".to_owned();
-    finding("model_folds", Level::Warn, title, warning.text.clone(), Show::Lens, remedy)
+    finding("model_folds", Level::Warn, title, sentence(&warning.text), Show::Lens, remedy)
 }
 
 fn no_corner(facts: &Facts<'_>) -> Vec<Finding> {

@@ -181,16 +181,18 @@ fn conditions_decide_the_exit_code() {
 }
 
 #[test]
-fn without_arguments_the_built_in_scene_is_calibrated() {
+fn without_a_display_one_line_names_the_commands() {
     let folder = tempfile::tempdir().unwrap();
-    let output = run(folder.path(), &[]);
-    let text = stdout(&output);
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert!(
-        text.contains("15 of 15 pictures") && text.contains("810 corners") && text.contains("in σ"),
-        "{text}"
-    );
-    assert!(text.lines().all(|l| l.chars().count() <= 120), "{text}");
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_straightedge"))
+        .current_dir(folder.path())
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .output()
+        .unwrap();
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert_eq!(text.lines().count(), 1, "{text}");
+    assert!(text.contains("no display") && text.contains("straightedge calibrate | detect"), "{text}");
 }
 
 #[test]

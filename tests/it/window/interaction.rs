@@ -196,3 +196,53 @@ fn more_pictures_are_added_to_those_that_are_open() {
     settle(&mut window);
     assert_eq!(window.state().state.data.answer.as_ref().unwrap().report().included().count(), 4);
 }
+
+#[test]
+fn the_threshold_is_dragged_and_undone_in_one_step() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    window.key_press(Key::Num3);
+    window.run_ok();
+    assert!(says(&window, "No picture lies above 1.00 px"));
+    let pill = window.get_by_label("Threshold, px").rect().center();
+    window.drag_at(pill);
+    window.step();
+    for down in [20.0, 60.0, 110.0] {
+        window.hover_at(pill + egui::vec2(0.0, down));
+        window.step();
+    }
+    window.drop_at(pill + egui::vec2(0.0, 110.0));
+    window.run_ok();
+    let state = &window.state().state;
+    let threshold = state.doc.threshold_px;
+    assert!(threshold < 0.01, "{threshold}");
+    assert_eq!(state.past.len(), 1, "one drag is one step");
+    click(&mut window, "Undo");
+    assert_eq!(window.state().state.doc.threshold_px, 1.0);
+    window.get_by_label("Threshold, px").set_value_accesskit(0.001);
+    window.run_ok();
+    assert!((window.state().state.doc.threshold_px - 0.001).abs() < 1e-12);
+    click(&mut window, "Undo");
+}
+
+#[test]
+fn every_export_reads_back() {
+    use straightedge::{app::export::preview, calib::format};
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    click(&mut window, "Export…");
+    for (i, known) in format::FORMATS.iter().enumerate() {
+        click(&mut window, known.title);
+        assert!(says(&window, "Read back, it projects"), "{}", known.title);
+        let answer = window.state().state.data.answer.clone().unwrap();
+        let preview = preview(&answer, i).unwrap().unwrap();
+        let read = format::read(&preview.text, &preview.name).unwrap();
+        assert_eq!(read.format, known.name);
+        assert_eq!(read.camera.size_px, [800, 600]);
+        assert!((read.camera.params[0] - 1000.0).abs() < 0.5, "{}", known.name);
+        assert_eq!(format::by_name(known.name).unwrap().title, known.title);
+    }
+    click(&mut window, "OpenCV-Python");
+    assert!(says(&window, "import cv2"));
+    window.key_press(Key::Escape);
+    window.run_ok();
+    assert!(window.state().state.screen.dialog.is_none());
+}

@@ -124,6 +124,11 @@ fn many(window: &mut Harness<'_, App>, n: u32) {
         let from = &state.doc.frames[id as usize % 15];
         let mut seen = state.data.inspections[&from.id].clone().unwrap().as_ref().clone();
         seen.pixels_hash = u128::from(id);
+        // The same corners to the last bit would be a copy.
+        for corner in &mut seen.detection.grid.as_mut().unwrap().corners {
+            let wobble = (f64::from(id) * 0.7 + f64::from(corner.cell[0] * 31 + corner.cell[1])).sin();
+            corner.px.x += 0.05 * wobble;
+        }
         state.data.inspections.insert(FrameId(id), Ok(Arc::new(seen)));
         state.data.thumbnails.insert(FrameId(id), state.data.thumbnails[&from.id].clone());
         frames.push(Frame { id: FrameId(id), source: from.source.clone() });

@@ -84,12 +84,13 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     );
     let threshold = cx.state.doc.threshold_px;
     let over = above(&items, threshold);
+    let limit = shown_px(threshold);
     let names = match &over[..] {
-        [] => format!("No picture lies above {threshold:.2} px"),
-        [one] => format!("{} lies above {threshold:.2} px", one.name),
-        [a, b] => format!("{} and {} lie above {threshold:.2} px", a.name, b.name),
+        [] => format!("No picture lies above {limit}"),
+        [one] => format!("{} lies above {limit}", one.name),
+        [a, b] => format!("{} and {} lie above {limit}", a.name, b.name),
         [a, .., b] => {
-            format!("{} pictures, {} to {}, lie above {threshold:.2} px", over.len(), a.name, b.name)
+            format!("{} pictures, {} to {}, lie above {limit}", over.len(), a.name, b.name)
         }
     };
     ui.label(text(names, font::medium(font::SMALL), t.ink));
@@ -216,6 +217,11 @@ fn names<R>(
     }
 }
 
+/// A threshold as shown: finer where errors are small.
+fn shown_px(px: f64) -> String {
+    if px < 0.1 { format!("{px:.3} px") } else { format!("{px:.2} px") }
+}
+
 /// The threshold line with its handle; above the plot it waits at the upper edge.
 fn threshold<R>(
     cx: &mut Cx<'_>,
@@ -238,7 +244,7 @@ fn threshold<R>(
         let x = pill.left() + 6.0;
         ui.painter().hline(x..=x + 7.0, pill.center().y + dy, Stroke::new(1.2, t.on_ink));
     }
-    let label = format!("{value:.2} px");
+    let label = shown_px(value);
     ui.painter().text(
         pill.right_center() - vec2(6.0, 0.0),
         Align2::RIGHT_CENTER,
@@ -271,7 +277,7 @@ fn threshold<R>(
     });
     if let Some(to) = to.or(asked) {
         let begins = response.drag_started() || asked.is_some() || !response.dragged();
-        cx.drag(begins, |d| d.threshold_px = (to.max(0.0) * 100.0).round() / 100.0);
+        cx.drag(begins, |d| d.threshold_px = (to.max(0.0) * 1e3).round() * 1e-3);
     }
     pill
 }
