@@ -5,7 +5,7 @@ use std::fs;
 use serde_json::Value;
 use straightedge::calib::{format, report::Report};
 
-use super::{frame, json, photos, run, scene, stderr, stdout};
+use super::{frame, json, photos, run, scene, stderr};
 
 #[test]
 fn a_folder_becomes_a_camera_with_its_evidence() {
