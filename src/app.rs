@@ -27,7 +27,7 @@ pub mod textures;
 pub mod widgets;
 pub mod zones;
 
-use std::{path::PathBuf, time::Instant};
+use std::{collections::BTreeSet, path::PathBuf, time::Instant};
 
 use egui::{Frame, Margin, Panel};
 
@@ -36,7 +36,7 @@ use crate::{
         number::counted,
         undistort::{Interpolation, Straightener},
     },
-    job::{Key, Source, ms_since, store},
+    job::{Key, ms_since, store},
     worker::{self, Event, Pool, straighten},
 };
 use action::{Action, Command};
@@ -118,14 +118,9 @@ impl App {
     }
 
     fn plan(&mut self) {
-        // One calibration at a time: the next one starts from everything that has come meanwhile.
-        let solving = self.pool.keys().any(|k| Kind::of(k) == Some(Kind::Evidence));
-        let asked = self.state.data.asked.clone();
-        let Plan { first, then } = self.state.plan();
-        if solving {
-            self.state.data.asked = asked;
-        }
-        let wanted: std::collections::BTreeSet<Key> = first.iter().chain(&then).map(|r| r.key).collect();
+        let solving = self.is_solving();
+        let Plan { first, then } = self.state.plan(solving);
+        let wanted: BTreeSet<Key> = first.iter().chain(&then).map(|r| r.key).collect();
         self.pool.keep(|key| wanted.contains(&key) || Kind::of(key) == Some(Kind::Evidence));
         for request in then {
             if !self.pool.has(request.key) {
@@ -133,18 +128,17 @@ impl App {
             }
         }
         for request in first {
-            let is_evidence = Kind::of(request.key) == Some(Kind::Evidence);
-            if !(self.pool.has(request.key) || (is_evidence && solving)) {
+            if !self.pool.has(request.key) {
                 self.pool.submit_first(request);
             }
         }
-        let done = self.state.waiting() == 0 && !self.is_busy_solving();
+        let done = self.state.waiting() == 0 && !self.is_solving();
         if done && let Some(opened) = self.opened.take() {
             self.state.data.took_ms = Some(ms_since(opened));
         }
     }
 
-    fn is_busy_solving(&self) -> bool {
+    fn is_solving(&self) -> bool {
         self.pool.keys().any(|k| Kind::of(k) == Some(Kind::Evidence))
     }
 
@@ -158,12 +152,7 @@ impl App {
         }
         if let Action::Restore(session) = &action {
             self.textures = Textures::default();
-            let lost = session
-                .document
-                .frames
-                .iter()
-                .filter(|f| matches!(&f.source, Source::File(p) if !p.exists()))
-                .count();
+            let lost = session.missing();
             self.state.apply(action);
             if lost > 0 {
                 let offer = Some(("Where are they?".to_owned(), Command::Locate));
@@ -255,8 +244,12 @@ impl App {
                 .frame(bar(Margin::ZERO))
                 .show(ui, |ui| zones::empty::show(&mut cx, ui, hovering));
         } else {
-            let narrow = ui.content_rect().width() < 1100.0;
-            let wide = ui.content_rect().width() > 1500.0;
+            let width = ui.content_rect().width();
+            let by_width = |[narrow, usual, wide]: [f32; 3]| match width {
+                w if w > 1500.0 => wide,
+                w if w < 1100.0 => narrow,
+                _ => usual,
+            };
             let tall = ui.content_rect().height() > 850.0;
             Panel::top("top")
                 .exact_size(40.0)
@@ -267,13 +260,7 @@ impl App {
                 .frame(bar(Margin::symmetric(8, 0)))
                 .show(ui, |ui| zones::strip::show(&mut cx, ui));
             Panel::right("answer")
-                .default_size(if wide {
-                    348.0
-                } else if narrow {
-                    288.0
-                } else {
-                    304.0
-                })
+                .default_size(by_width([288.0, 304.0, 348.0]))
                 .size_range(260.0..=420.0)
                 .frame(bar(Margin::symmetric(14, 12)))
                 .show(ui, |ui| zones::answer::show(&mut cx, ui));
@@ -282,13 +269,7 @@ impl App {
                 .frame(bar(Margin::ZERO))
                 .show(ui, |ui| zones::tiles::show(&mut cx, ui));
             Panel::left("pictures")
-                .default_size(if wide {
-                    272.0
-                } else if narrow {
-                    236.0
-                } else {
-                    250.0
-                })
+                .default_size(by_width([236.0, 250.0, 272.0]))
                 .size_range(230.0..=400.0)
                 .frame(bar(Margin::ZERO))
                 .show(ui, |ui| zones::pictures::show(&mut cx, ui));

@@ -100,10 +100,8 @@ impl State {
                 self.past.clear();
             }
             Action::Restore(session) => {
-                let session = *session;
                 *self = self.fresh();
-                self.data.inspections = session.inspections();
-                self.doc = session.document;
+                (self.doc, self.data.inspections) = session.into_parts();
             }
             Action::Close => *self = self.fresh(),
             Action::Edit(doc) => self.edit(*doc),

@@ -11,9 +11,27 @@ use super::{
     widgets::{primary, text},
 };
 use crate::calib::{
+    Result,
     board::{self, Kind},
     target::{BoardSize, Length},
 };
+
+/// What is typed, and the board that it makes.
+#[derive(Clone)]
+struct Sheet {
+    size: String,
+    square: String,
+    made: Result<(BoardSize, Arc<Vec<u8>>)>,
+}
+
+impl Sheet {
+    fn new(size: &str, square: &str) -> Self {
+        let made = size.parse::<BoardSize>().and_then(BoardSize::findable).and_then(|size| {
+            Ok((size, Arc::new(board::pdf(Kind::Checkerboard, size, square.parse::<Length>()?)?)))
+        });
+        Self { size: size.to_owned(), square: square.to_owned(), made }
+    }
+}
 
 /// Draws the dialog.
 pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
@@ -22,9 +40,8 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     ui.label(text("Print a board", font::semibold(font::LEAD), t.ink));
     ui.add_space(6.0);
     let id = egui::Id::unique("board to print");
-    let (mut size, mut square) = ui
-        .data(|d| d.get_temp::<(String, String)>(id))
-        .unwrap_or_else(|| ("9x6".to_owned(), "25 mm".to_owned()));
+    let mut sheet = ui.data(|d| d.get_temp::<Sheet>(id)).unwrap_or_else(|| Sheet::new("9x6", "25 mm"));
+    let (mut size, mut square) = (sheet.size.clone(), sheet.square.clone());
     egui::Grid::new("board").num_columns(2).spacing(egui::vec2(16.0, 8.0)).show(ui, |ui| {
         let label = ui.label("Inner corners");
         ui.add(egui::TextEdit::singleline(&mut size).desired_width(120.0)).labelled_by(label.id);
@@ -33,12 +50,12 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         ui.add(egui::TextEdit::singleline(&mut square).desired_width(120.0)).labelled_by(label.id);
         ui.end_row();
     });
-    ui.data_mut(|d| d.insert_temp(id, (size.clone(), square.clone())));
+    if (&size, &square) != (&sheet.size, &sheet.square) {
+        sheet = Sheet::new(&size, &square);
+    }
+    let made = sheet.made.clone();
+    ui.data_mut(|d| d.insert_temp(id, sheet));
     ui.add_space(6.0);
-    let made = size.parse::<BoardSize>().and_then(BoardSize::findable).and_then(|size| {
-        let square = square.parse::<Length>()?;
-        Ok((size, board::pdf(Kind::Checkerboard, size, square)?))
-    });
     let note = match &made {
         Ok(_) => "Print it at 100 %, glue it to something flat and stiff, and measure a square: the ruler on the sheet tells whether the printer scaled it.".to_owned(),
         Err(error) => error.to_string(),
@@ -50,7 +67,7 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         if let Ok((size, pdf)) = made
             && primary(ui, t, super::style::icon::PRINTER, "Save PDF…", 26.0).clicked()
         {
-            cx.ask(Command::Save { name: format!("board_{size}.pdf"), bytes: Arc::new(pdf) });
+            cx.ask(Command::Save { name: format!("board_{size}.pdf"), bytes: pdf });
             ui.close();
         }
         if ui.button("Close").clicked() {

@@ -24,6 +24,7 @@ use crate::{
     },
     job::Key,
 };
+use figures::{FIGURES, Figure};
 
 /// Height of the part below the head.
 const BODY: f32 = 380.0;
@@ -193,18 +194,19 @@ fn pictures(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer) {
     ui.label(text("Figures", font::semibold(font::BODY), t.ink));
     ui.label(body("As SVG, for a paper or a report."));
     ui.add_space(4.0);
-    let made = figures::all(answer.report());
+    let Some(solution) = answer.solution() else { return };
+    let file = |figure: &Figure| figure.file(answer.report(), solution);
     ui.horizontal_wrapped(|ui| {
-        for (name, svg) in &made {
-            let label = name.trim_end_matches(".svg").replace('_', " ");
-            if button(ui, t, "", &format!("{label}…"), 24.0).clicked() {
-                cx.ask(Command::Save { name: name.clone(), bytes: svg.clone() });
+        for figure in FIGURES {
+            if button(ui, t, "", &format!("{}…", figure.name), 24.0).clicked() {
+                let (name, bytes) = file(figure);
+                cx.ask(Command::Save { name, bytes });
             }
         }
     });
     ui.add_space(4.0);
     if button(ui, t, icon::SAVE, "Save all figures…", 26.0).clicked() {
-        cx.ask(Command::SaveAll(made));
+        cx.ask(Command::SaveAll(FIGURES.iter().map(file).collect()));
     }
 }
 

@@ -1,7 +1,5 @@
 //! The keyboard.
 
-use std::sync::Arc;
-
 use egui::{Event, Key, KeyboardShortcut, Modifiers, Ui};
 
 use super::{
@@ -75,11 +73,7 @@ pub(super) fn actions(state: &State, ui: &Ui) -> Vec<Action> {
                 && let Some(id) = state.selected()
             {
                 let mut doc = state.doc.clone();
-                let mut excluded = doc.excluded.as_ref().clone();
-                if !excluded.remove(&id) {
-                    excluded.insert(id);
-                }
-                doc.excluded = Arc::new(excluded);
+                doc.toggle(id);
                 actions.push(Action::Edit(Box::new(doc)));
             }
         }

@@ -62,19 +62,23 @@ impl Grid {
         for j in 0..self.rows().saturating_sub(1) {
             for i in 0..self.columns.saturating_sub(1) {
                 let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
-                let values: Option<Vec<f64>> = corners.iter().map(|(x, y)| self.at(*x, *y)).collect();
-                let Some(v) = values else { continue };
-                let mut cuts = Vec::new();
+                let [Some(a), Some(b), Some(c), Some(d)] = corners.map(|(x, y)| self.at(x, y)) else {
+                    continue;
+                };
+                let v = [a, b, c, d];
+                // A contour that has come in goes out again before the next one comes in.
+                let mut entered = None;
                 for k in 0..4 {
                     let (a, b) = (v[k], v[(k + 1) % 4]);
                     if (a < level) != (b < level) {
                         let s = (level - a) / (b - a);
                         let [p, q] = [corners[k], corners[(k + 1) % 4]].map(|(x, y)| [x as f64, y as f64]);
-                        cuts.push(share(p[0] + s * (q[0] - p[0]), p[1] + s * (q[1] - p[1])));
+                        let cut = share(p[0] + s * (q[0] - p[0]), p[1] + s * (q[1] - p[1]));
+                        match entered.take() {
+                            None => entered = Some(cut),
+                            Some(from) => pieces.push([from, cut]),
+                        }
                     }
-                }
-                for pair in cuts.chunks_exact(2) {
-                    pieces.push([pair[0], pair[1]]);
                 }
             }
         }
@@ -82,8 +86,7 @@ impl Grid {
     }
 }
 
-/// Draws contours with their labels; each label stands where its contour crosses `along`, the share of the height, or at its
-/// first piece.
+/// Draws contours with their labels; each label stands near the middle of the left side, clear of the others.
 pub fn contours(ui: &Ui, rect: Rect, grid: &Grid, levels: &[(f64, String)]) {
     let place =
         |[x, y]: [f64; 2]| pos2(rect.left() + rect.width() * x as f32, rect.top() + rect.height() * y as f32);

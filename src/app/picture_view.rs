@@ -30,6 +30,11 @@ impl Place {
         Self { rect, zoom }
     }
 
+    /// The picture over all of a rectangle of its shape.
+    pub fn covering(rect: Rect, size_px: [u32; 2]) -> Self {
+        Self { rect, zoom: f64::from(rect.width()) / f64::from(size_px[0].max(1)) }
+    }
+
     /// The point of a pixel.
     pub fn point(&self, [x, y]: [f64; 2]) -> Pos2 {
         pos2(

@@ -85,12 +85,15 @@ pub struct Plan {
 }
 
 impl State {
-    /// Everything that is wanted and not there.
-    pub fn plan(&mut self) -> Plan {
+    /// Everything that is wanted and not there. While a calibration runs (`solving`) no other is: the next one starts from everything
+    /// that has come meanwhile.
+    pub fn plan(&mut self, solving: bool) -> Plan {
         let mut plan = Plan::default();
         plan.first.extend(self.look());
         plan.first.extend(self.straight());
-        plan.first.extend(self.evidence());
+        if !solving {
+            plan.first.extend(self.evidence());
+        }
         if !self.data.stopped {
             let missing = |f: &&Frame| !self.data.inspections.contains_key(&f.id);
             plan.then.extend(self.doc.frames.iter().filter(missing).map(|frame| Request {
@@ -116,7 +119,7 @@ impl State {
 
     fn look(&self) -> Option<Request> {
         let id = self.selected()?;
-        let key = Kind::Look.key(u128::from(id.0));
+        let key = look_key(id);
         if self.data.look.as_ref().is_some_and(|l| l.key == key) {
             return None;
         }

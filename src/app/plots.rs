@@ -114,6 +114,13 @@ pub fn units<R>(ui: &Ui, t: &Tokens, shown: &PlotResponse<R>, x: &Axis, y: &Axis
     }
 }
 
+/// A long unit stands below the numbers.
+pub fn long_unit<R>(ui: &Ui, t: &Tokens, shown: &PlotResponse<R>, x: &Axis) {
+    let frame = *shown.transform.frame();
+    let at = pos2(frame.right(), frame.bottom() + 17.0);
+    ui.painter().text(at, Align2::RIGHT_TOP, x.unit, font::regular(font::CAPTION), t.text3);
+}
+
 /// The point of the screen where a value is.
 pub fn at<R>(shown: &PlotResponse<R>, x: f64, y: f64) -> egui::Pos2 {
     shown.transform.position_from_point(&PlotPoint::new(x, y))

@@ -97,9 +97,14 @@ impl Session {
         head.windows(FORMAT.len()).any(|w| w == FORMAT.as_bytes())
     }
 
-    /// What was seen, by picture.
-    pub fn inspections(&self) -> BTreeMap<FrameId, Result<Arc<Inspection>>> {
-        self.seen.iter().map(|(id, i)| (*id, Ok(Arc::new(i.clone())))).collect()
+    /// The document, and what was seen by picture.
+    pub fn into_parts(self) -> (Document, BTreeMap<FrameId, Result<Arc<Inspection>>>) {
+        (self.document, self.seen.into_iter().map(|(id, i)| (id, Ok(Arc::new(i)))).collect())
+    }
+
+    /// Pictures that are not where they were.
+    pub fn missing(&self) -> usize {
+        self.document.frames.iter().filter(|f| is_missing(f)).count()
     }
 
     /// Finds pictures that moved: beside the session file by name, then anywhere in `folder` by the hash of their bytes. Answers
@@ -107,33 +112,35 @@ impl Session {
     pub fn locate(&mut self, folder: &Path) -> usize {
         let hashes: BTreeMap<FrameId, u128> = self.seen.iter().map(|(id, i)| (*id, i.bytes_hash)).collect();
         let mut frames = self.document.frames.to_vec();
-        let missing = |f: &Frame| matches!(&f.source, Source::File(p) if !p.exists());
-        if !frames.iter().any(missing) {
+        if !frames.iter().any(is_missing) {
             return 0;
         }
         let hash_of = |path: &Path| photo::bytes(path).ok().map(|b| photo::hash_bytes(&b));
         let fits = |f: &Frame, path: &Path| hashes.get(&f.id).is_none_or(|h| hash_of(path) == Some(*h));
-        for frame in frames.iter_mut().filter(|f| missing(f)) {
+        for frame in frames.iter_mut().filter(|f| is_missing(f)) {
             let Source::File(path) = &frame.source else { continue };
             let beside = path.file_name().map(|n| folder.join(n)).filter(|p| p.is_file());
             if let Some(found) = beside.filter(|p| fits(frame, p)) {
                 frame.source = Source::File(found);
             }
         }
-        if frames.iter().any(missing) {
+        if frames.iter().any(is_missing) {
             let files = photo::list(&[folder.to_owned()]).unwrap_or_default();
             let by_hash: BTreeMap<u128, PathBuf> =
                 files.into_iter().filter_map(|p| Some((hash_of(&p)?, p))).collect();
-            for frame in frames.iter_mut().filter(|f| missing(f)) {
+            for frame in frames.iter_mut().filter(|f| is_missing(f)) {
                 if let Some(found) = hashes.get(&frame.id).and_then(|h| by_hash.get(h)) {
                     frame.source = Source::File(found.clone());
                 }
             }
         }
-        let left = frames.iter().filter(|f| missing(f)).count();
         self.document.frames = Arc::new(frames);
-        left
+        self.missing()
     }
+}
+
+fn is_missing(frame: &Frame) -> bool {
+    matches!(&frame.source, Source::File(path) if !path.exists())
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-use super::{action::Command, panels::Tile, plan::Asked, screen::Screen};
+use super::{action::Command, plan::Asked, screen::Screen};
 use crate::{
     calib::{
         Error,
@@ -92,11 +92,43 @@ impl Document {
         self.frames.iter().all(same).then_some(first)
     }
 
+    /// Sets pictures aside.
+    pub fn set_aside(&mut self, ids: impl IntoIterator<Item = FrameId>) {
+        Arc::make_mut(&mut self.excluded).extend(ids);
+    }
+
+    /// Sets a picture aside, or uses it again.
+    pub fn toggle(&mut self, id: FrameId) {
+        let excluded = Arc::make_mut(&mut self.excluded);
+        if !excluded.remove(&id) {
+            excluded.insert(id);
+        }
+    }
+
+    /// Whether a parameter is held.
+    pub fn holds(&self, name: &str) -> bool {
+        self.fixed.iter().any(|f| is_held(f, name))
+    }
+
+    /// Holds a parameter, or lets it go.
+    pub fn hold(&mut self, name: &str, on: bool) {
+        if on != self.holds(name) {
+            self.fixed.retain(|f| !is_held(f, name));
+            if on {
+                self.fixed.push(Fix::Hold(name.to_owned()));
+            }
+        }
+    }
+
     /// The picture with this number.
     pub fn frame(&self, id: FrameId) -> Option<&Frame> {
         // Numbers ascend.
         self.frames.binary_search_by_key(&id, |f| f.id).ok().map(|i| &self.frames[i])
     }
+}
+
+fn is_held(fix: &Fix, name: &str) -> bool {
+    matches!(fix, Fix::Hold(n) | Fix::Value(n, _) if n == name)
 }
 
 /// A calibration with its evidence, and the pictures that its positions stand for.
@@ -121,6 +153,11 @@ impl Answer {
     /// The camera, where there is one.
     pub fn solution(&self) -> Option<&Solution> {
         self.report().solution.as_ref()
+    }
+
+    /// The pictures that the calibration uses, in order.
+    pub fn used(&self) -> impl Iterator<Item = (FrameId, &FrameReport)> {
+        self.ids.iter().copied().zip(&self.report().frames).filter(|(_, frame)| frame.included)
     }
 
     /// What it says of a picture.
@@ -258,11 +295,6 @@ impl State {
     /// Moves where what a session holds has changed.
     pub fn content(&self) -> u64 {
         self.content
-    }
-
-    /// Whether a tile is in the centre.
-    pub fn is_center(&self, tile: Tile) -> bool {
-        self.screen.center == tile
     }
 
     /// The name of a picture without its extension.

@@ -183,29 +183,17 @@ pub mod icon {
     pub const CHECK_CIRCLE: &str = "\u{E184}";
     pub const WARNING: &str = "\u{E4E0}";
     pub const OCTAGON: &str = "\u{E4E4}";
-    pub const X_CIRCLE: &str = "\u{E4F8}";
     pub const INFO: &str = "\u{E2CE}";
     pub const FUNNEL: &str = "\u{E268}";
     pub const SORT_UP: &str = "\u{E444}";
-    pub const SORT_DOWN: &str = "\u{E446}";
     pub const FIT: &str = "\u{E1D0}";
     pub const SHEET: &str = "\u{E464}";
-    pub const IMAGE: &str = "\u{E2CA}";
     pub const IMAGES: &str = "\u{E836}";
-    pub const PLUS: &str = "\u{E3D4}";
     pub const X: &str = "\u{E4F6}";
-    pub const LOCK: &str = "\u{E308}";
     pub const COPY: &str = "\u{E1CA}";
     pub const PRINTER: &str = "\u{E3DC}";
     pub const PLAY: &str = "\u{E3D2}";
-    pub const SUN: &str = "\u{E472}";
-    pub const MOON: &str = "\u{E330}";
-    pub const QUESTION: &str = "\u{E3E8}";
-    pub const FLASK: &str = "\u{E79E}";
-    pub const STOP: &str = "\u{E46E}";
     pub const SAVE: &str = "\u{E248}";
-    pub const HISTORY: &str = "\u{E1A0}";
-    pub const TRASH: &str = "\u{E4A6}";
 }
 
 /// Loads fonts and both themes.

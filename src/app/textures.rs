@@ -67,11 +67,6 @@ impl Textures {
         }
         self.maps[name].1.clone()
     }
-
-    /// Forgets pictures that are no longer open.
-    pub fn keep(&mut self, open: impl Fn(FrameId) -> bool) {
-        self.thumbnails.retain(|id, _| open(*id));
-    }
 }
 
 /// For the graphics card; made smaller by a whole factor where a side is longer than `side`.

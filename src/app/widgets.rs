@@ -155,6 +155,15 @@ pub fn fit(inside: Rect, shape: Vec2) -> Rect {
     Rect::from_center_size(inside.center(), shape * scale)
 }
 
+/// The largest rectangle of this shape in the upper left corner of another.
+pub fn fit_top_left(inside: Rect, shape: Vec2) -> Rect {
+    let middle = fit(inside, shape);
+    middle.translate(inside.min - middle.min)
+}
+
+/// All of a texture.
+pub const WHOLE: Rect = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+
 /// A number for people: a true minus sign.
 pub fn minus(number: impl Into<String>) -> String {
     number.into().replace('-', "−")

@@ -10,7 +10,7 @@ mod maps;
 mod overlay;
 mod svg;
 
-pub use errors::{Bar, cumulative, error_bars, error_versus, histogram};
+pub use errors::{Bar, THRESHOLD_PX, cumulative, error_bars, error_versus, histogram};
 pub use maps::{Grid, Scale, coverage_density, coverage_points, map};
 pub use overlay::{Pair, before_after, contact_sheet, corner_order, reprojection};
 pub use svg::Panel;

@@ -10,7 +10,7 @@ mod wire;
 
 pub use corner_file::{CornerFile, CornerFrame};
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -18,6 +18,7 @@ use super::{
     calibrate::{Fix, Loss, Options, Precision, Weights},
     camera::{Camera, Model},
     detect::Refinement,
+    figure::Bar,
     named::Named,
     observation::Corner,
     pose::Pose,
@@ -355,6 +356,11 @@ impl FrameReport {
         self.residuals_px.iter().map(|[x, y]| x.hypot(*y))
     }
 
+    /// Mean of |r|, px; 0 for a picture that was not included.
+    pub fn mean_px(&self) -> f64 {
+        self.errors_px().sum::<f64>() / self.residuals_px.len().max(1) as f64
+    }
+
     /// The file name without its folders.
     pub fn name(&self) -> &str {
         self.file.rsplit(['/', '\\']).next().unwrap_or(&self.file)
@@ -394,6 +400,26 @@ impl Report {
             report.solution = Some(serde_json::from_value(value).map_err(wrong)?);
         }
         Ok(report)
+    }
+
+    /// |r| of all used corners, px.
+    pub fn errors_px(&self) -> Vec<f64> {
+        self.included().flat_map(FrameReport::errors_px).collect()
+    }
+
+    /// A bar for each used picture, numbered in their order.
+    pub fn bars(&self) -> Vec<Bar> {
+        let bar = |(i, f): (usize, &FrameReport)| Bar {
+            name: (i + 1).to_string(),
+            mean_px: f.mean_px(),
+            max_px: f.max_px.unwrap_or(0.0),
+        };
+        self.included().enumerate().map(bar).collect()
+    }
+
+    /// Places of all used corners, px.
+    pub fn corners_px(&self) -> Vec<Vector2<f64>> {
+        self.included().flat_map(|f| f.corners.iter().map(|c| c.px)).collect()
     }
 
     /// Frames that the calibration used.

@@ -1,44 +1,42 @@
 //! Figures of the report as files.
 
-use std::sync::Arc;
-
-use nalgebra::Vector2;
-
 use crate::calib::{
-    figure::{Bar, Panel, coverage_density, coverage_points, cumulative, error_bars, histogram},
+    figure::{Panel, THRESHOLD_PX, coverage_density, coverage_points, cumulative, error_bars, histogram},
     report::{Report, Solution},
 };
 
-/// Name of the file and how it is drawn.
-type Figure = (&'static str, fn(&Report, &Solution) -> Panel);
+/// A figure that can be saved.
+pub(super) struct Figure {
+    /// On its button; with underscores, the name of its file.
+    pub(super) name: &'static str,
+    draw: fn(&Report, &Solution) -> Panel,
+}
 
-const FIGURES: &[Figure] = &[
-    ("errors_by_picture", |report, solution| {
-        let bar = |(i, f): (usize, &crate::calib::report::FrameReport)| Bar {
-            name: (i + 1).to_string(),
-            mean_px: f.errors_px().sum::<f64>() / f.residuals_px.len().max(1) as f64,
-            max_px: f.max_px.unwrap_or(0.0),
-        };
-        error_bars(&report.included().enumerate().map(bar).collect::<Vec<_>>(), solution.rms_px, 1.0)
-    }),
-    ("error_histogram", |report, _| histogram(&errors(report))),
-    ("error_share", |report, solution| cumulative(&errors(report), solution.stats.p95)),
-    ("corners", |report, solution| coverage_points(&corners(report), solution.camera.size_px)),
-    ("density", |report, solution| coverage_density(&corners(report), solution.camera.size_px, 20)),
+/// All of them.
+pub(super) const FIGURES: &[Figure] = &[
+    Figure {
+        name: "errors by picture",
+        draw: |report, solution| error_bars(&report.bars(), solution.rms_px, THRESHOLD_PX),
+    },
+    Figure { name: "error histogram", draw: |report, _| histogram(&report.errors_px()) },
+    Figure {
+        name: "error share",
+        draw: |report, solution| cumulative(&report.errors_px(), solution.stats.p95),
+    },
+    Figure {
+        name: "corners",
+        draw: |report, solution| coverage_points(&report.corners_px(), solution.camera.size_px),
+    },
+    Figure {
+        name: "density",
+        draw: |report, solution| coverage_density(&report.corners_px(), solution.camera.size_px, 20),
+    },
 ];
 
-fn errors(report: &Report) -> Vec<f64> {
-    report.included().flat_map(|f| f.errors_px()).collect()
-}
-
-fn corners(report: &Report) -> Vec<Vector2<f64>> {
-    report.included().flat_map(|f| f.corners.iter().map(|c| c.px)).collect()
-}
-
-/// All figures: file names and SVG.
-pub(super) fn all(report: &Report) -> Vec<(String, Arc<Vec<u8>>)> {
-    let Some(solution) = &report.solution else { return Vec::new() };
-    let file =
-        |(name, draw): &Figure| (format!("{name}.svg"), Arc::new(draw(report, solution).svg().into_bytes()));
-    FIGURES.iter().map(file).collect()
+impl Figure {
+    /// Its file: name and SVG.
+    pub(super) fn file(&self, report: &Report, solution: &Solution) -> (String, std::sync::Arc<Vec<u8>>) {
+        let svg = (self.draw)(report, solution).svg();
+        (format!("{}.svg", self.name.replace(' ', "_")), std::sync::Arc::new(svg.into_bytes()))
+    }
 }

@@ -9,6 +9,7 @@ use egui::{Rect, Sense, Stroke, Ui, pos2, vec2};
 use super::{Page, Panel, Tile, part};
 use crate::app::{
     cx::Cx,
+    picture_view::Place,
     style::font,
     widgets::{empty, fit, named, text},
 };
@@ -78,22 +79,16 @@ fn corners(cx: &mut Cx<'_>, ui: &mut Ui) {
     let rect = fit(all.with_max_y(all.bottom() - 28.0), vec2(w, h));
     ui.painter().rect_filled(rect, 2.0, t.canvas);
     let selected = cx.state.selected();
-    let place = |x: f64, y: f64| {
-        pos2(
-            rect.left() + (x as f32 + 0.5) / w * rect.width(),
-            rect.top() + (y as f32 + 0.5) / h * rect.height(),
-        )
-    };
+    let place = Place::covering(rect, solution.camera.size_px);
     let mut points = Vec::new();
-    let frames = answer.report().frames.iter().zip(&answer.ids).filter(|(f, _)| f.included);
     let mut chosen = Vec::new();
-    for (frame, id) in frames {
+    for (id, frame) in answer.used() {
         for corner in &frame.corners {
             points.push(corner.px);
-            if selected == Some(*id) {
-                chosen.push(place(corner.px.x, corner.px.y));
+            if selected == Some(id) {
+                chosen.push(place.point([corner.px.x, corner.px.y]));
             } else {
-                ui.painter().circle_filled(place(corner.px.x, corner.px.y), 1.6, t.text2);
+                ui.painter().circle_filled(place.point([corner.px.x, corner.px.y]), 1.6, t.text2);
             }
         }
     }

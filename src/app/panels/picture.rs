@@ -12,7 +12,7 @@ use crate::{
         picture_view::{Mark, Place, marks},
         state::{State, TIMES},
         style::icon,
-        widgets::{icon_button, named, toggle},
+        widgets::{WHOLE, icon_button, named, toggle},
     },
     calib::{observation::FrameId, report::FrameReport},
 };
@@ -128,7 +128,6 @@ fn size_of(state: &State, id: FrameId) -> Option<[u32; 2]> {
 
 /// Paints the pixels of a picture at its place.
 fn picture(cx: &mut Cx<'_>, ui: &Ui, id: FrameId, place: &Place, clip: egui::Rect, straight: bool) -> bool {
-    let uv = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
     let painter = ui.painter_at(clip);
     let (shown, name) = if straight {
         (cx.state.data.straight.as_ref(), "straight")
@@ -140,12 +139,12 @@ fn picture(cx: &mut Cx<'_>, ui: &Ui, id: FrameId, place: &Place, clip: egui::Rec
     if let (true, Some(Ok(raster))) = (is_this, shown.map(|s| s.raster.as_ref())) {
         let key = shown.map_or(crate::job::Key(0), |s| s.key);
         let texture = cx.textures.large(ui, name, key, raster);
-        painter.image(texture.id(), place.rect, uv, egui::Color32::WHITE);
+        painter.image(texture.id(), place.rect, WHOLE, egui::Color32::WHITE);
         return true;
     }
     let seen = cx.state.data.thumbnails.get(&id).and_then(|r| r.as_deref());
     if let Some(texture) = cx.textures.thumbnail(ui, id, seen) {
-        painter.image(texture.id(), place.rect, uv, egui::Color32::WHITE);
+        painter.image(texture.id(), place.rect, WHOLE, egui::Color32::WHITE);
     }
     false
 }

@@ -176,16 +176,12 @@ fn mend(cx: &mut Cx<'_>, answer: &Answer, remedy: &Remedy) {
     match remedy {
         Remedy::Hold(names) => cx.edit(|d| {
             for name in names {
-                if !d.fixed.iter().any(|f| matches!(f, Fix::Hold(n) | Fix::Value(n, _) if n == name)) {
-                    d.fixed.push(Fix::Hold(name.clone()));
-                }
+                d.hold(name, true);
             }
         }),
-        Remedy::SetAside(positions, _) => cx.edit(|d| {
-            let mut excluded = d.excluded.as_ref().clone();
-            excluded.extend(positions.iter().filter_map(|p| answer.ids.get(*p)));
-            d.excluded = std::sync::Arc::new(excluded);
-        }),
+        Remedy::SetAside(positions, _) => {
+            cx.edit(|d| d.set_aside(positions.iter().filter_map(|p| answer.ids.get(*p).copied())));
+        }
         Remedy::AddPictures => cx.ask(Command::PickPictures),
         Remedy::Model(model) => cx.edit(|d| d.model = Some(*model)),
     }
@@ -213,7 +209,7 @@ fn camera(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
     let ghost = cx.state.data.ghost.clone();
     for (i, param) in params.iter().enumerate() {
         let value = solution.camera.params[i];
-        let sigma = solution.sigma.iter().find(|(n, _)| *n == param.name).and_then(|(_, s)| *s);
+        let sigma = solution.sigma.get(param.name).copied().flatten();
         let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 19.0), Sense::click());
         let painter = ui.painter();
         let y = rect.center().y;
@@ -245,8 +241,7 @@ fn camera(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
         let moved = ghost.as_deref().and_then(|g| {
             let before = g.solution()?;
             let old = before.camera.get(param.name)?;
-            let sigma = sigma
-                .or_else(|| before.sigma.iter().find(|(n, _)| *n == param.name).and_then(|(_, s)| *s))?;
+            let sigma = sigma.or_else(|| before.sigma.get(param.name).copied().flatten())?;
             ((value - old).abs() > 0.05 * sigma).then(|| minus(format!("{:+}", Rounded(value - old, sigma))))
         });
         if let Some(moved) = moved {
@@ -313,20 +308,9 @@ fn more(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
     ui.add_space(4.0);
     ui.horizontal_wrapped(|ui| {
         for param in solution.camera.spec().params.iter().skip(2) {
-            let held = cx
-                .state
-                .doc
-                .fixed
-                .iter()
-                .any(|f| matches!(f, Fix::Hold(n) | Fix::Value(n, _) if n == param.name));
-            let mut on = held;
+            let mut on = cx.state.doc.holds(param.name);
             if ui.checkbox(&mut on, param.name).changed() {
-                cx.edit(|d| {
-                    d.fixed.retain(|f| !matches!(f, Fix::Hold(n) | Fix::Value(n, _) if n == param.name));
-                    if on {
-                        d.fixed.push(Fix::Hold(param.name.to_owned()));
-                    }
-                });
+                cx.edit(|d| d.hold(param.name, on));
             }
         }
         let tie = Fix::Tie("fx".to_owned(), "fy".to_owned());

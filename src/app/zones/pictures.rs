@@ -1,7 +1,5 @@
 //! The list of pictures: what is used, what is set aside and why.
 
-use std::sync::Arc;
-
 use egui::{Align2, Color32, Pos2, Rect, RichText, Sense, Stroke, Ui, pos2, vec2};
 
 use crate::{
@@ -74,8 +72,7 @@ pub fn rows(state: &State) -> Vec<Row> {
             };
             row.used = report.included;
             row.corners = report.corners.len();
-            let n = report.residuals_px.len().max(1) as f64;
-            row.mean = report.errors_px().sum::<f64>() / n;
+            row.mean = report.mean_px();
             row.tilt = report.tilt_rad.unwrap_or(0.0);
             if row.corners > 0 {
                 row.numbers[0] = row.corners.to_string();
@@ -311,13 +308,7 @@ fn eye(cx: &mut Cx<'_>, ui: &mut Ui, at: Pos2, row: &Row) {
     ui.painter().text(at, Align2::CENTER_CENTER, glyph, font::regular(15.0), color);
     let id = row.id;
     if response.on_hover_text(name).clicked() {
-        cx.edit(|d| {
-            let mut excluded = d.excluded.as_ref().clone();
-            if !excluded.remove(&id) {
-                excluded.insert(id);
-            }
-            d.excluded = Arc::new(excluded);
-        });
+        cx.edit(|d| d.toggle(id));
     }
 }
 

@@ -9,7 +9,7 @@ use crate::{
         panels::Tile,
         state::State,
         style::{font, icon},
-        widgets::{level, minus, named, text},
+        widgets::{level, named, text},
     },
     calib::{diagnose::Level, number::counted},
 };
@@ -24,7 +24,6 @@ struct Stage {
     share: Option<f32>,
     /// What a click shows.
     tile: Tile,
-    page: usize,
     sheet: bool,
 }
 
@@ -91,7 +90,7 @@ fn one(cx: &mut Cx<'_>, ui: &mut Ui, stage: &Stage) {
     if response.clicked() {
         cx.show(|s| {
             (s.center, s.sheet) = (stage.tile, stage.sheet);
-            s.pages[stage.tile.index()] = stage.page;
+            s.pages[stage.tile.index()] = 0;
         });
     }
 }
@@ -100,18 +99,10 @@ fn stages(state: &State) -> Vec<Stage> {
     let all = state.doc.frames.len();
     let read = all - state.waiting();
     let running = read < all && !state.data.stopped;
-    let share = all.checked_sub(0).filter(|n| *n > 0).map(|n| read as f32 / n as f32);
     let answer = state.data.answer.as_deref();
     let report = answer.map(|a| a.report());
-    let stage = |name, detail: String, ended, tile, sheet| Stage {
-        name,
-        detail,
-        ended,
-        share: None,
-        tile,
-        page: 0,
-        sheet,
-    };
+    let stage =
+        |name, detail: String, ended, tile, sheet| Stage { name, detail, ended, share: None, tile, sheet };
     let found = report.map(|r| r.frames.iter().filter(|f| f.found).count());
     let corners: usize = report.iter().flat_map(|r| r.included()).map(|f| f.corners.len()).sum();
     let possible = report.and_then(|r| Some(r.settings.board?.len() * found?)).unwrap_or(0);
@@ -141,8 +132,9 @@ fn stages(state: &State) -> Vec<Stage> {
         ),
     ];
     if running {
-        list[0].share = share;
-        list[1].share = share;
+        // There are pictures, or none would be waiting.
+        let share = Some(read as f32 / all as f32);
+        (list[0].share, list[1].share) = (share, share);
     }
     let failed = report.is_some_and(|r| r.error.is_some());
     list.push(stage(
@@ -162,15 +154,12 @@ fn stages(state: &State) -> Vec<Stage> {
         false,
     ));
     let straight = state.data.straight.as_ref().is_some_and(|s| s.raster.is_ok());
-    let ready = if straight { "ready" } else { "" };
-    let mut last = stage(
+    list.push(stage(
         "Straighten",
-        minus(ready),
+        if straight { "ready".to_owned() } else { String::new() },
         (straight && solved.is_some()).then_some(Level::Good),
         Tile::Lens,
         false,
-    );
-    last.page = 0;
-    list.push(last);
+    ));
     list
 }

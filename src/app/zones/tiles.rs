@@ -36,10 +36,9 @@ fn tile(cx: &mut Cx<'_>, ui: &mut Ui, panel: &crate::app::panels::Panel, rect: R
     let caption = (panel.caption)(cx.state);
     let response = ui.interact(rect, ui.scope_id().with(panel.title), Sense::click());
     named(&response, egui::Role::Button, true, &format!("{}, {caption}", panel.title));
-    let fill = if response.hovered() { t.hover } else { t.raised };
     ui.painter().rect_filled(rect, 6.0, t.raised);
     if response.hovered() {
-        ui.painter().rect_stroke(rect, 6.0, Stroke::new(1.0, fill), egui::StrokeKind::Inside);
+        ui.painter().rect_stroke(rect, 6.0, Stroke::new(1.0, t.hover), egui::StrokeKind::Inside);
     }
     if response.has_focus() {
         ui.painter().rect_stroke(

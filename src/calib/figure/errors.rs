@@ -6,6 +6,9 @@ use super::{
     svg::{Anchor, Panel, Type},
 };
 
+/// Errors above this are worth a look in most calibrations: the line in the figure, px.
+pub const THRESHOLD_PX: f64 = 1.0;
+
 /// Errors of one picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {

@@ -1,21 +1,17 @@
 //! Figures of the page.
 
-use nalgebra::Vector2;
-
 use super::text::escape;
 use crate::calib::{
     camera::Camera,
     figure::{
-        Bar, Grid, Panel, Scale, coverage_density, coverage_points, cumulative, error_bars, error_versus,
-        histogram, map,
+        Grid, Panel, Scale, THRESHOLD_PX, coverage_density, coverage_points, cumulative, error_bars,
+        error_versus, histogram, map,
     },
     number::significant,
     report::{Report, Solution},
     undistort::{displacement, reach},
 };
 
-/// Errors above this are worth a look in most calibrations: the line in the figure, px.
-const THRESHOLD_PX: f64 = 1.0;
 /// Cells of a map along the longer side of the picture.
 const CELLS: u32 = 80;
 
@@ -31,22 +27,10 @@ fn row(figures: &[String]) -> String {
 }
 
 pub(super) fn errors(report: &Report, solution: &Solution) -> String {
-    let bars: Vec<Bar> = report
-        .included()
-        .enumerate()
-        .map(|(i, f)| {
-            let (n, sum) = f.errors_px().fold((0.0, 0.0), |(n, sum), e| (n + 1.0, sum + e));
-            Bar {
-                name: (i + 1).to_string(),
-                mean_px: sum / f64::max(n, 1.0),
-                max_px: f.max_px.unwrap_or(0.0),
-            }
-        })
-        .collect();
-    let all: Vec<f64> = report.included().flat_map(|f| f.errors_px()).collect();
+    let all = report.errors_px();
     row(&[
         figure(
-            &error_bars(&bars, solution.rms_px, THRESHOLD_PX),
+            &error_bars(&report.bars(), solution.rms_px, THRESHOLD_PX),
             "Mean error of each picture used, in the order of the table below; whiskers end at the worst corner.",
         ),
         figure(&histogram(&all), "Errors of single corners."),
@@ -56,7 +40,7 @@ pub(super) fn errors(report: &Report, solution: &Solution) -> String {
 
 pub(super) fn coverage(report: &Report, solution: &Solution) -> String {
     let size = solution.camera.size_px;
-    let points: Vec<Vector2<f64>> = report.included().flat_map(|f| f.corners.iter().map(|c| c.px)).collect();
+    let points = report.corners_px();
     row(&[
         figure(
             &coverage_points(&points, size),

@@ -65,8 +65,6 @@ impl Report {
 
     fn solution(&self, calibration: &Calibration, target: &Target) -> Solution {
         let camera = calibration.camera.clone();
-        let errors: Vec<f64> = self.included().flat_map(FrameReport::errors_px).collect();
-        let used: Vec<Vector2<f64>> = self.included().flat_map(|f| f.corners.iter().map(|c| c.px)).collect();
         let trend = |x: fn(&FrameReport) -> Option<f64>| {
             let points: Vec<_> = self.included().filter_map(|f| Some((x(f)?, f.rms_px?))).collect();
             stats::trend(&points)
@@ -84,8 +82,8 @@ impl Report {
             steps: calibration.iterations.clone(),
             starts: calibration.starts.clone(),
             closed_form: calibration.closed_form.clone(),
-            stats: stats::errors(&errors),
-            coverage: stats::coverage(&used, camera.size_px),
+            stats: stats::errors(&self.errors_px()),
+            coverage: stats::coverage(&self.corners_px(), camera.size_px),
             uncertainty: uncertainty::of(calibration, target, Range::Boards),
             trends: Trends { rms_by_tilt_rad: trend(|f| f.tilt_rad), rms_by_distance: trend(|f| f.distance) },
             truth: Vec::new(),

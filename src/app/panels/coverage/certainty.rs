@@ -6,8 +6,9 @@ use super::NOTHING;
 use crate::app::{
     cx::Cx,
     maps::{self, Grid},
+    picture_view::Place,
     style::{font, from_map},
-    widgets::{certainty, color_bar, empty, fit, named, text},
+    widgets::{WHOLE, certainty, color_bar, empty, fit_top_left, named, text},
 };
 
 /// Ends of the scale, px.
@@ -27,22 +28,19 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let [w, h] = solution.camera.size_px.map(|n| n as f32);
     let side = if all.width() > 560.0 { 196.0 } else { 0.0 };
     let room = Rect::from_min_max(all.min, pos2(all.right() - side - 62.0, all.bottom() - 26.0));
-    let rect = fit(room, vec2(w, h));
-    let rect = rect.translate(vec2(room.left() - rect.left(), room.top() - rect.top()));
+    let rect = fit_top_left(room, vec2(w, h));
     ui.painter().rect_filled(rect, 2.0, t.canvas);
     let color = |px: f64| from_map(colorous::VIRIDIS, share(px));
     let texture = cx.textures.map(ui, "certainty", answer.key.0 as u64, || grid.image(160, color));
-    let uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-    ui.painter().image(texture.id(), rect, uv, Color32::WHITE);
-    let place = |x: f64, y: f64| {
-        pos2(
-            rect.left() + (x as f32 + 0.5) / w * rect.width(),
-            rect.top() + (y as f32 + 0.5) / h * rect.height(),
-        )
-    };
+    ui.painter().image(texture.id(), rect, WHOLE, Color32::WHITE);
+    let place = Place::covering(rect, solution.camera.size_px);
     for frame in answer.report().included() {
         for corner in &frame.corners {
-            ui.painter().circle_filled(place(corner.px.x, corner.px.y), 1.0, Color32::from_white_alpha(150));
+            ui.painter().circle_filled(
+                place.point([corner.px.x, corner.px.y]),
+                1.0,
+                Color32::from_white_alpha(150),
+            );
         }
     }
     let levels = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0].map(|l| (l, format!("{l}")));

@@ -26,8 +26,7 @@ fn data(state: &State) -> Option<Vec<Strip>> {
     let (answer, _) = state.data.solved()?;
     let report = answer.report();
     let gather = |value: fn(&crate::calib::report::FrameReport) -> Option<f64>| -> Vec<(FrameId, f64)> {
-        let frames = report.frames.iter().zip(&answer.ids).filter(|(f, _)| f.included);
-        frames.filter_map(|(f, id)| Some((*id, value(f)?))).collect()
+        answer.used().filter_map(|(id, f)| Some((id, value(f)?))).collect()
     };
     let range = |values: &[(FrameId, f64)]| {
         values.iter().fold((f64::MAX, f64::MIN), |(l, h), (_, v)| (l.min(*v), h.max(*v)))

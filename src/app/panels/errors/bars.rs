@@ -1,8 +1,6 @@
 //! A bar for each picture, with a threshold that names those above it.
 
-use std::sync::Arc;
-
-use egui::{Align2, Color32, Rect, Sense, Stroke, Ui, pos2, vec2};
+use egui::{Align2, Rect, Sense, Stroke, Ui, pos2, vec2};
 use egui_plot::{Bar, BarChart, HLine, Line, PlotPoints};
 
 use super::NOTHING;
@@ -15,7 +13,7 @@ use crate::{
         style::font,
         widgets::{button, empty, named, text},
     },
-    calib::observation::FrameId,
+    calib::{observation::FrameId, report::Solution},
 };
 
 /// One bar.
@@ -31,12 +29,11 @@ pub(super) struct Item {
 /// The bars of all used pictures, in order.
 pub(super) fn data(state: &State) -> Vec<Item> {
     let Some((answer, _)) = state.data.solved() else { return Vec::new() };
-    let frames = answer.report().frames.iter().zip(&answer.ids).filter(|(f, _)| f.included);
-    frames
-        .map(|(frame, id)| {
-            let mean = frame.errors_px().sum::<f64>() / frame.residuals_px.len().max(1) as f64;
-            let height = if state.screen.bars_rms { frame.rms_px.unwrap_or(0.0) } else { mean };
-            Item { id: *id, name: state.name(*id), height, max: frame.max_px.unwrap_or(0.0) }
+    answer
+        .used()
+        .map(|(id, frame)| {
+            let height = if state.screen.bars_rms { frame.rms_px.unwrap_or(0.0) } else { frame.mean_px() };
+            Item { id, name: state.name(id), height, max: frame.max_px.unwrap_or(0.0) }
         })
         .collect()
 }
@@ -97,11 +94,7 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
         let Some(first) = over.first() else { return };
         if over.len() < items.len() && button(ui, t, "", "Set aside", 22.0).clicked() {
-            cx.edit(|d| {
-                let mut excluded = d.excluded.as_ref().clone();
-                excluded.extend(over.iter().map(|i| i.id));
-                d.excluded = Arc::new(excluded);
-            });
+            cx.edit(|d| d.set_aside(over.iter().map(|i| i.id)));
         }
         if button(ui, t, "", "Show", 22.0).clicked() {
             let id = first.id;
@@ -119,13 +112,9 @@ pub(super) fn plot(cx: &mut Cx<'_>, ui: &mut Ui, id: &str, large: bool) {
     let y = Axis::new(0.0, top, if large { 5 } else { 3 }, "px");
     let x = Axis::bare(-0.6, n as f64 - 0.4);
     let selected = cx.state.selected();
-    let overall = cx
-        .state
-        .data
-        .solved()
-        .map_or(0.0, |(_, s)| if cx.state.screen.bars_rms { s.rms_px } else { s.stats.mean });
-    let before = cx.state.data.ghost.as_deref().and_then(|g| g.solution());
-    let before = before.map(|s| if cx.state.screen.bars_rms { s.rms_px } else { s.stats.mean });
+    let over_all = |s: &Solution| if cx.state.screen.bars_rms { s.rms_px } else { s.stats.mean };
+    let overall = cx.state.data.solved().map_or(0.0, |(_, s)| over_all(s));
+    let before = cx.state.data.ghost.as_deref().and_then(|g| g.solution()).map(over_all);
     let mut rect = ui.available_rect_before_wrap();
     rect.max.y -= 15.0;
     if large {
@@ -171,22 +160,16 @@ pub(super) fn plot(cx: &mut Cx<'_>, ui: &mut Ui, id: &str, large: bool) {
     if !large {
         return;
     }
-    let at = pos2(frame.right() + 6.0, plots::at(&shown, 0.0, overall).y);
-    let at = pos2(at.x, at.y.max(frame.top()));
+    let at = pos2(frame.right() + 6.0, plots::at(&shown, 0.0, overall).y.max(frame.top()));
+    let under = |pointer| items.get(shown.transform.value_from_position(pointer).x.round().max(0.0) as usize);
     if shown.response.clicked()
-        && let Some(pointer) = shown.response.interact_pointer_pos()
+        && let Some(item) = shown.response.interact_pointer_pos().and_then(under)
     {
-        let k = shown.transform.value_from_position(pointer).x.round();
-        if let Some(item) = items.get(k.max(0.0) as usize) {
-            cx.select(item.id);
-        }
+        cx.select(item.id);
     }
-    if let Some(pointer) = shown.response.hover_pos() {
-        let k = shown.transform.value_from_position(pointer).x.round().max(0.0) as usize;
-        if let Some(i) = items.get(k) {
-            let tip = format!("{}: {what} {:.3} px, worst {:.2} px", i.name, i.height, i.max);
-            shown.response.clone().on_hover_text_at_pointer(tip);
-        }
+    if let Some(i) = shown.response.hover_pos().and_then(under) {
+        let tip = format!("{}: {what} {:.3} px, worst {:.2} px", i.name, i.height, i.max);
+        shown.response.clone().on_hover_text_at_pointer(tip);
     }
     let pill = threshold(cx, ui, &shown, frame, top);
     let label = format!("{what} {overall:.3}");
@@ -250,7 +233,7 @@ fn threshold<R>(
         Align2::RIGHT_CENTER,
         label,
         font::medium(font::CAPTION),
-        on_accent(t),
+        t.on_ink,
     );
     let response = response.on_hover_cursor(egui::CursorIcon::ResizeVertical);
     let mut to = None;
@@ -280,10 +263,6 @@ fn threshold<R>(
         cx.drag(begins, |d| d.threshold_px = (to.max(0.0) * 1e3).round() * 1e-3);
     }
     pill
-}
-
-fn on_accent(t: &crate::app::style::Tokens) -> Color32 {
-    t.on_ink
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use crate::app::{
     cx::Cx,
     state::State,
     style::{CASING, from_map},
-    widgets::{color_bar, empty, fit, named},
+    widgets::{color_bar, empty, fit_top_left, named},
 };
 use crate::calib::number::significant;
 
@@ -67,8 +67,7 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let all = ui.available_rect_before_wrap();
     let room = Rect::from_min_max(pos2(all.left(), all.top() + 24.0), pos2(all.right() - 58.0, all.bottom()));
     let [w, h] = solution.camera.size_px.map(|n| n as f32);
-    let mut map = fit(room, vec2(w, h));
-    map = map.translate(vec2(room.left() - map.left(), room.top() - map.top()));
+    let map = fit_top_left(room, vec2(w, h));
     let side = map.width() / columns as f32;
     // The longest mean reaches over a cell.
     let times = if longest > 0.0 { nice(f64::from(side) / longest) } else { 1.0 };

@@ -1,13 +1,14 @@
 //! Residuals as points: dx against dy, and their length against the distance from the axis.
 
 use egui::{Ui, vec2};
-use egui_plot::{HLine, Line, PlotPoints, Points, VLine};
+use egui_plot::{HLine, Line, PlotPoints, PlotUi, Points, VLine};
 
 use super::NOTHING;
 use crate::app::{
     cx::Cx,
     plots::{self, Axis},
     state::State,
+    style::Tokens,
     widgets::{empty, named},
 };
 
@@ -19,9 +20,10 @@ struct Split {
 
 fn split(state: &State, point: impl Fn([f64; 2], [f64; 2]) -> [f64; 2]) -> Split {
     let (mut others, mut selected) = (Vec::new(), Vec::new());
+    let chosen = state.selected();
     if let Some((answer, _)) = state.data.solved() {
-        for (frame, id) in answer.report().frames.iter().zip(&answer.ids).filter(|(f, _)| f.included) {
-            let list = if state.selected() == Some(*id) { &mut selected } else { &mut others };
+        for (id, frame) in answer.used() {
+            let list = if chosen == Some(id) { &mut selected } else { &mut others };
             list.extend(
                 frame.corners.iter().zip(&frame.residuals_px).map(|(c, r)| point([c.px.x, c.px.y], *r)),
             );
@@ -46,18 +48,7 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let shown = plots::plot("scatter", t, &axis, &axis, false).data_aspect(1.0).show(&mut child, |p| {
         p.hline(HLine::new("", 0.0).color(t.line2).width(1.0).allow_hover(false));
         p.vline(VLine::new("", 0.0).color(t.line2).width(1.0).allow_hover(false));
-        p.points(
-            Points::new("others", PlotPoints::new(points.others))
-                .color(t.bar2)
-                .radius(1.6)
-                .allow_hover(false),
-        );
-        p.points(
-            Points::new("selected", PlotPoints::new(points.selected))
-                .color(t.accent)
-                .radius(2.6)
-                .allow_hover(false),
-        );
+        cloud(p, t, points.others, points.selected, 1.6);
     });
     named(&shown.response, egui::Role::Image, true, "Residuals, dx against dy");
 }
@@ -89,35 +80,27 @@ pub(super) fn radius(cx: &mut Cx<'_>, ui: &mut Ui) {
         rect.with_min_y(rect.top() + 14.0).with_max_y(rect.bottom() - 14.0),
     );
     let shown = plots::plot("radius", t, &x, &y, false).show(&mut child, |p| {
-        p.points(
-            Points::new("others", PlotPoints::new(points.others))
-                .color(t.bar2)
-                .radius(1.6)
-                .allow_hover(false),
-        );
-        p.points(
-            Points::new("selected", PlotPoints::new(points.selected))
-                .color(t.accent)
-                .radius(2.6)
-                .allow_hover(false),
-        );
+        cloud(p, t, points.others, points.selected, 1.6);
         p.line(Line::new("mean", PlotPoints::new(rings)).color(t.ink).width(1.5).allow_hover(false));
     });
-    end_unit(ui, t, &shown, &x);
+    plots::long_unit(ui, t, &shown, &x);
     named(&shown.response, egui::Role::Image, true, "Errors against the distance from the axis");
 }
 
-/// A long unit stands below the numbers.
-pub(super) fn end_unit<R>(
-    ui: &Ui,
-    t: &crate::app::style::Tokens,
-    shown: &egui_plot::PlotResponse<R>,
-    x: &Axis,
+/// Points, of which those of the selected picture stand out.
+pub(super) fn cloud(
+    plot: &mut PlotUi<'_>,
+    t: &Tokens,
+    others: Vec<[f64; 2]>,
+    selected: Vec<[f64; 2]>,
+    radius: f32,
 ) {
-    let frame = *shown.transform.frame();
-    let at = egui::pos2(frame.right(), frame.bottom() + 17.0);
-    let font = crate::app::style::font::regular(crate::app::style::font::CAPTION);
-    ui.painter().text(at, egui::Align2::RIGHT_TOP, x.unit, font, t.text3);
+    for (name, list, color, radius) in
+        [("others", others, t.bar2, radius), ("selected", selected, t.accent, radius + 1.0)]
+    {
+        let points = Points::new(name, PlotPoints::new(list)).color(color).radius(radius);
+        plot.points(points.allow_hover(false));
+    }
 }
 
 /// Mean place and height of `n` groups of equally many points, by their place.

@@ -1,7 +1,7 @@
 //! The error of each picture against the tilt of its board, with the trend and its interval.
 
 use egui::Ui;
-use egui_plot::{Line, PlotPoints, Points};
+use egui_plot::{Line, PlotPoints};
 
 use super::NOTHING;
 use crate::app::{
@@ -60,12 +60,9 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         if let Some(line) = line {
             p.line(Line::new("trend", PlotPoints::new(line)).color(t.ink).width(1.5).allow_hover(false));
         }
-        p.points(Points::new("others", PlotPoints::new(others)).color(t.bar2).radius(3.5).allow_hover(false));
-        p.points(
-            Points::new("selected", PlotPoints::new(chosen)).color(t.accent).radius(4.5).allow_hover(false),
-        );
+        super::scatter::cloud(p, t, others, chosen, 3.5);
     });
-    super::scatter::end_unit(ui, t, &shown, &x);
+    plots::long_unit(ui, t, &shown, &x);
     named(&shown.response, egui::Role::Image, true, "RMS of each picture against its tilt");
     let nearest = |at: egui::Pos2| {
         let near = ids.iter().map(|(p, id)| (plots::at(&shown, p[0], p[1]).distance(at), *id));

@@ -11,7 +11,7 @@ use crate::{
         maps::{self, Grid},
         plots::Axis,
         style::{font, from_map, signed},
-        widgets::{color_bar, empty, fit, named, segmented, text},
+        widgets::{WHOLE, color_bar, empty, fit_top_left, named, segmented, text},
     },
     calib::{camera::Camera, undistort::displacement},
     job::Key,
@@ -76,8 +76,7 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     });
     let room =
         Rect::from_min_max(pos2(all.left(), all.top() + 30.0), pos2(all.right() - 60.0, all.bottom() - 18.0));
-    let map = fit(room, vec2(w, h));
-    let map = map.translate(vec2(room.left() - map.left(), room.top() - map.top()));
+    let map = fit_top_left(room, vec2(w, h));
     let grid = &field.grids[component];
     let most = if component == 2 {
         field.largest
@@ -91,8 +90,7 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let names = ["displacement x", "displacement y", "displacement length"];
     let made_from = field.key.0 as u64 ^ u64::from(ui.visuals().dark_mode);
     let texture = cx.textures.map(ui, names[component], made_from, || grid.image(160, color));
-    let uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-    ui.painter().image(texture.id(), map, uv, Color32::WHITE);
+    ui.painter().image(texture.id(), map, WHOLE, Color32::WHITE);
     let scale = Axis::new(if component == 2 { 0.0 } else { -most }, most, 5, "px");
     let levels: Vec<(f64, String)> =
         scale.ticks.iter().filter(|v| v.abs() > 1e-9).map(|v| (*v, scale.label(*v))).collect();

@@ -129,8 +129,7 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
             t.text3,
         );
     }
-    let at = pos2(shown.transform.frame().right(), shown.transform.frame().bottom() + 17.0);
-    ui.painter().text(at, Align2::RIGHT_TOP, x.unit, font::regular(font::CAPTION), t.text3);
+    plots::long_unit(ui, t, &shown, &x);
     let last = points[points.len() - 1];
     named(
         &shown.response,

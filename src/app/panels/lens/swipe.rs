@@ -8,7 +8,7 @@ use crate::app::{
     picture_view::Place,
     plan::look_key,
     style::CASING,
-    widgets::{empty, named, plate},
+    widgets::{WHOLE, empty, named, plate},
 };
 
 /// Both pictures on the graphics card: before, after.
@@ -23,8 +23,6 @@ fn textures(cx: &mut Cx<'_>, ui: &Ui) -> [Option<egui::TextureId>; 2] {
     let look = state.data.look.as_ref().filter(|l| Some(l.key) == current || state.data.straight.is_some());
     [load(look, "look"), load(state.data.straight.as_ref(), "straight")]
 }
-
-const UV: Rect = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
 
 /// Draws both under a line; answers where the picture is.
 pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui, inside: Rect, salt: &str) -> Option<Rect> {
@@ -50,9 +48,9 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui, inside: Rect, salt: &str) -> Op
     };
     let x = rect.left() + rect.width() * cx.state.screen.swipe;
     if let Some(before) = before {
-        ui.painter_at(rect.with_max_x(x)).image(before, rect, UV, Color32::WHITE);
+        ui.painter_at(rect.with_max_x(x)).image(before, rect, WHOLE, Color32::WHITE);
     }
-    ui.painter_at(rect.with_min_x(x)).image(after, rect, UV, Color32::WHITE);
+    ui.painter_at(rect.with_min_x(x)).image(after, rect, WHOLE, Color32::WHITE);
     if let Some(valid) = cx.state.data.straight.as_ref().and_then(|s| s.valid).filter(|_| salt == "page") {
         let edge = |x: u32, y: u32| place.point([f64::from(x) - 0.5, f64::from(y) - 0.5]);
         let (l, t, r, b) = (valid.x, valid.y, valid.x + valid.width, valid.y + valid.height);
@@ -103,7 +101,7 @@ pub(super) fn beside(cx: &mut Cx<'_>, ui: &mut Ui) {
         let response = ui.interact(place.rect, ui.scope_id().with(name), Sense::hover());
         named(&response, egui::Role::Image, true, &format!("The picture {name} straightening"));
         if let Some(texture) = texture {
-            ui.painter().image(texture, place.rect, UV, Color32::WHITE);
+            ui.painter().image(texture, place.rect, WHOLE, Color32::WHITE);
         }
         plate(ui.painter(), place.rect, place.rect.left_top() + vec2(6.0, 6.0), Align2::LEFT_TOP, name);
     }

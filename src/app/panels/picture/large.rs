@@ -266,9 +266,7 @@ fn values(
     ui.horizontal(|ui| {
         if button(ui, t, "", "Drop corner", 22.0).clicked() {
             cx.edit(|d| {
-                let mut dropped = d.dropped.as_ref().clone();
-                dropped.insert((id, index));
-                d.dropped = Arc::new(dropped);
+                Arc::make_mut(&mut d.dropped).insert((id, index));
             });
         }
         let lost = dropped_of(cx, id);
@@ -277,11 +275,7 @@ fn values(
                 .on_hover_text("Brings back the dropped corners of this picture")
                 .clicked()
         {
-            cx.edit(|d| {
-                let mut dropped = d.dropped.as_ref().clone();
-                dropped.retain(|(frame, _)| *frame != id);
-                d.dropped = Arc::new(dropped);
-            });
+            cx.edit(|d| Arc::make_mut(&mut d.dropped).retain(|(frame, _)| *frame != id));
         }
         if outlier {
             ui.label(text("outlier", small(), t.warn));
