@@ -27,6 +27,7 @@ use super::{
     observation::{FrameId, Observation},
     refine::{self, State},
     solution::{Calibration, View, Warning},
+    stats::indistinct,
     target::Target,
 };
 pub use choose::simplest_sufficient;
@@ -285,14 +286,9 @@ fn warnings(result: &Calibration) -> Vec<Warning> {
             ),
         ));
     }
-    let unsure: Vec<&str> = camera
-        .spec()
-        .params
-        .iter()
-        .enumerate()
-        .skip(4)
-        .filter(|(i, _)| result.sigma[*i].is_some_and(|s| camera.params[*i].abs() < 2.0 * s))
-        .map(|(_, p)| p.name)
+    let unsure: Vec<&str> = indistinct(&camera.params, &result.covariance, 4)
+        .into_iter()
+        .map(|i| camera.spec().params[i].name)
         .collect();
     if !unsure.is_empty() {
         list.push(Warning::new(

@@ -1,17 +1,20 @@
 //! What a calibration is worth, in words: one verdict, and what is behind it.
 //!
-//! The verdict comes from the certainty of the projection, the focal length's σ, the number of views and their tilt; never from
-//! the RMS alone: a set of three frontal boards has a small one and a useless camera.
+//! The verdict comes from the certainty of the projection, the focal length's σ, the number of views, their tilt and the parts of
+//! the picture that they cover. A large RMS counts against a camera, a small one never for it: three frontal boards have a
+//! small one and a useless camera.
 
+mod bend;
 mod facts;
 mod rules;
+mod verdict;
 
 use serde::{Deserialize, Serialize};
 
 use super::{
     camera::Model,
-    number::significant,
-    report::{Report, Solution},
+    number::{counted, significant},
+    report::Report,
 };
 use facts::Facts;
 
@@ -110,65 +113,28 @@ impl Remedy {
 
 /// The verdict.
 pub fn verdict(report: &Report) -> Verdict {
-    let Some(solution) = &report.solution else {
-        let (level, sentence) = match &report.error {
-            Some(_) => (Level::Bad, "No camera from these pictures".to_owned()),
-            None => (Level::Info, "No camera yet".to_owned()),
-        };
-        return Verdict { level, sentence, rms_alone: String::new() };
-    };
-    let rms_alone = match solution.rms_px {
-        rms if rms <= 0.25 => "excellent",
-        rms if rms <= 0.5 => "good",
-        _ => "poor",
-    };
-    let (level, sentence) = judged(solution);
-    Verdict { level, sentence, rms_alone: rms_alone.to_owned() }
+    verdict::of(&Facts::of(report))
 }
 
-/// Certainty beyond which a place is a guess, px.
-const GUESS_PX: f64 = 1.0;
-
-fn judged(solution: &Solution) -> (Level, String) {
-    let u = &solution.uncertainty;
-    let focal = solution.camera.intrinsics()[0];
-    let sigma = solution.sigma.iter().find(|(name, _)| *name == "fx").and_then(|(_, s)| *s).unwrap_or(0.0);
-    if sigma > 0.01 * focal {
-        let text =
-            format!("Not trustworthy: the focal length is only known to ±{} px", significant(sigma, 2));
-        return (Level::Bad, text);
-    }
-    match u.center_px {
-        None => return (Level::Bad, "Not trustworthy: the pictures do not determine the camera".to_owned()),
-        Some(px) if px > GUESS_PX => {
-            let text = format!("Not trustworthy: ±{} px even in the middle", significant(px, 2));
-            return (Level::Bad, text);
-        }
-        Some(_) => {}
-    }
-    if !solution.termination.converged() {
-        return (Level::Bad, "Not trustworthy: the refinement did not reach its optimum".to_owned());
-    }
-    let guessed = facts::guessed(u, GUESS_PX);
-    let worst = u.worst_corner_px;
-    if guessed.is_none() && worst.is_some_and(|px| px <= GUESS_PX) {
-        // Nobody needs, or believes, more digits than thousandths of a pixel.
-        let short =
-            |px: f64| if px < 0.001 { "under 0.001".to_owned() } else { format!("±{}", significant(px, 2)) };
-        let [center, corner] = [u.center_px, worst].map(|px| short(px.unwrap_or(0.0)));
-        let text = format!("Good everywhere: {center} px at the centre, {corner} px in the corners");
-        return (Level::Good, text);
-    }
-    let place = guessed.unwrap_or("in the corners");
-    (Level::Warn, format!("Good in the middle, a guess {place}"))
+/// The verdict with what it rests on: a sentence for text and pages.
+pub fn summary(report: &Report) -> (Level, String) {
+    let Verdict { level, sentence, .. } = verdict(report);
+    let text = match (&report.solution, &report.error) {
+        (Some(solution), _) => format!(
+            "{sentence} ({} of {}, RMS {} px).",
+            report.included().count(),
+            counted(report.frames.len(), "picture"),
+            significant(solution.rms_px, 3)
+        ),
+        (None, Some(error)) => format!("{sentence}: {}.", error.text.trim_end_matches('.')),
+        (None, None) => format!("{sentence}."),
+    };
+    (level, text)
 }
 
 /// What is behind the verdict, the worst first.
 pub fn findings(report: &Report) -> Vec<Finding> {
-    let facts = Facts::of(report);
-    let mut list: Vec<Finding> = rules::RULES.iter().flat_map(|rule| rule(&facts)).collect();
-    list.sort_by_key(|f| std::cmp::Reverse(f.level));
-    list
+    rules::all(&Facts::of(report))
 }
 
 #[cfg(test)]

@@ -6,12 +6,16 @@ mod figures;
 mod tables;
 mod text;
 
-use super::{number::counted, report::Report};
+use super::{
+    diagnose::{self, Level},
+    number::counted,
+    report::Report,
+};
 use text::escape;
 
 /// Writes the page.
 pub fn page(report: &Report) -> String {
-    let verdict = report.verdict();
+    let (level, verdict) = diagnose::summary(report);
     let title = report.solution.as_ref().map_or_else(
         || "Camera calibration".to_owned(),
         |s| {
@@ -23,7 +27,7 @@ pub fn page(report: &Report) -> String {
         "<h1>{}</h1>\n<p class=\"muted\">{}</p>\n<p class=\"verdict {}\">{}</p>\n",
         escape(&title),
         escape(&subtitle(report)),
-        tone(&verdict),
+        tone(level),
         escape(&verdict)
     );
     body += &tables::warnings(report);
@@ -79,14 +83,11 @@ fn subtitle(report: &Report) -> String {
 }
 
 /// Colour of the verdict.
-fn tone(verdict: &str) -> &'static str {
-    let first = verdict.trim_start();
-    if first.starts_with("Good") {
-        "good"
-    } else if first.starts_with("Use with care") {
-        "care"
-    } else {
-        "bad"
+const fn tone(level: Level) -> &'static str {
+    match level {
+        Level::Good => "good",
+        Level::Info | Level::Warn => "care",
+        Level::Bad => "bad",
     }
 }
 

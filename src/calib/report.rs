@@ -5,7 +5,6 @@
 
 mod build;
 mod corner_file;
-mod verdict;
 mod wire;
 
 pub use corner_file::{CornerFile, CornerFrame};

@@ -4,6 +4,7 @@
 //! over the corners that were used.
 
 pub mod chi2;
+mod indistinct;
 pub mod regions;
 pub mod spatial;
 pub mod trend;
@@ -13,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Error, Result, camera::Camera, pose::Pose, solution::Calibration, target::Target};
 pub use chi2::chi2_below;
+pub use indistinct::indistinct;
 pub use trend::{Trend, trend};
 
 /// Summary of per-corner errors, all in px but `n` (Table IV of the source document).

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 
 use crate::calib::{
     camera::Model,
+    diagnose,
     number::{counted, percent, significant, with_sigma},
     report::{Report, Solution},
     uncertainty::Uncertainty,
@@ -17,7 +18,7 @@ use table::{Table, paragraph, sentence};
 pub(super) fn evidence(report: &Report) -> String {
     let mut out = String::new();
     if let Some(solution) = &report.solution {
-        out += &sentence(&report.verdict());
+        out += &sentence(&diagnose::summary(report).1);
         out += &camera(report, solution);
         out += &certainty(report, solution);
         out += &errors(report, solution);

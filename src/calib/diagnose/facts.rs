@@ -1,22 +1,14 @@
-//! What the rules look at, gathered once.
+//! What the verdict and the rules look at, gathered once.
 
 use nalgebra::Vector2;
 
 use crate::calib::{
     report::{FrameReport, Report, Solution},
-    stats::{
-        regions::{self, Region},
-        spatial::{Moran, Pairs, Placed, moran},
-    },
+    stats::regions::{self, Region},
     uncertainty::Uncertainty,
 };
 
-/// Most residuals that are looked at for patterns: more say nothing new and cost time.
-const MOST: usize = 1200;
-/// Shuffles of the test for patterns.
-const PERMUTATIONS: usize = 199;
-
-/// Everything that the rules need.
+/// Everything that is cheap and asked for more than once.
 pub(super) struct Facts<'a> {
     pub(super) report: &'a Report,
     pub(super) solution: Option<&'a Solution>,
@@ -24,54 +16,24 @@ pub(super) struct Facts<'a> {
     pub(super) used: Vec<(usize, &'a FrameReport)>,
     /// Parts of the picture without a corner.
     pub(super) empty: Vec<Region>,
-    /// Whether residuals agree between pictures at one place.
-    pub(super) between: Option<Moran>,
-    /// Whether neighbouring corners of a picture err alike.
-    pub(super) within: Option<Moran>,
 }
 
 impl<'a> Facts<'a> {
     pub(super) fn of(report: &'a Report) -> Self {
         let solution = report.solution.as_ref();
-        let used: Vec<(usize, &FrameReport)> =
-            report.frames.iter().enumerate().filter(|(_, f)| f.included).collect();
-        let points: Vec<Vector2<f64>> =
-            used.iter().flat_map(|(_, f)| f.corners.iter().map(|c| c.px)).collect();
-        let empty = solution.map(|s| regions::empty(&points, s.camera.size_px)).unwrap_or_default();
-        let (field, radius) = field(&used, solution);
-        let pattern = |pairs| moran(&field, pairs, radius, PERMUTATIONS, 1);
+        let points: Vec<Vector2<f64>> = report.corners_px();
         Self {
             report,
             solution,
-            used,
-            empty,
-            between: pattern(Pairs::BetweenViews),
-            within: pattern(Pairs::WithinViews),
+            used: report.frames.iter().enumerate().filter(|(_, f)| f.included).collect(),
+            empty: solution.map(|s| regions::empty(&points, s.camera.size_px)).unwrap_or_default(),
         }
     }
 
-    /// Mean error of a picture, px.
-    pub(super) fn mean_px(frame: &FrameReport) -> f64 {
-        frame.errors_px().sum::<f64>() / frame.residuals_px.len().max(1) as f64
+    /// The strongest tilt of a board.
+    pub(super) fn most_tilt_deg(&self) -> Option<f64> {
+        self.used.iter().filter_map(|(_, f)| f.tilt_rad.map(f64::to_degrees)).reduce(f64::max)
     }
-}
-
-/// Residuals at their places, whole pictures at a time, and how near is near.
-fn field(used: &[(usize, &FrameReport)], solution: Option<&Solution>) -> (Vec<Placed>, f64) {
-    let Some(solution) = solution else { return (Vec::new(), 0.0) };
-    let corners: usize = used.iter().map(|(_, f)| f.residuals_px.len()).sum();
-    let step = corners.div_ceil(MOST).max(1);
-    let mut field = Vec::new();
-    for (view, frame) in used.iter().step_by(step) {
-        for (corner, [dx, dy]) in frame.corners.iter().zip(&frame.residuals_px) {
-            // What the robust loss names as an outlier is said elsewhere.
-            if !frame.outliers.contains(&corner.index) {
-                field.push(Placed { px: corner.px, view: *view, residual_px: Vector2::new(*dx, *dy) });
-            }
-        }
-    }
-    let [w, h] = solution.camera.size_px.map(f64::from);
-    (field, 0.06 * w.hypot(h))
 }
 
 /// Where the projection is a guess; none where it is not.

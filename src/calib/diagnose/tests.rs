@@ -156,9 +156,67 @@ fn a_spoilt_picture_is_named_with_its_remedy() {
 
 #[test]
 fn a_bent_board_is_seen_in_its_residuals() {
-    let report = report(&good(), 3.0, |_, _| ());
-    let codes = codes(&report);
-    assert!(codes.iter().any(|c| c == "board_pattern" || c == "lens_pattern"), "{codes:?}");
+    let list = findings(&report(&good(), 3.0, |_, _| ()));
+    let bent = list.iter().find(|f| f.code == "bent_board").unwrap_or_else(|| panic!("{list:?}"));
+    // It is bent by 3 mm; the poses hide a part of that.
+    let height: f64 = bent.text.split_whitespace().find_map(|w| w.parse().ok()).unwrap();
+    assert!((0.3..=3.5).contains(&height), "{}", bent.text);
+}
+
+#[test]
+fn a_large_error_counts_against_a_camera() {
+    let far = |sigma: f64| {
+        report(&good(), 0.0, move |view, corner| {
+            let wobble = |k: u32| f64::from((corner.index * 31 + view as u32 * 17) * k % 101) / 29.0 - 1.74;
+            corner.px.x += sigma * wobble(13);
+            corner.px.y += sigma * wobble(29);
+        })
+    };
+    let level = |sigma| verdict(&far(sigma)).level;
+    assert_eq!((level(1.0), level(4.0)), (Level::Warn, Level::Bad));
+    assert!(verdict(&far(1.0)).sentence.starts_with("Use with care"), "{:?}", verdict(&far(1.0)));
+    assert!(findings(&far(4.0)).iter().any(|f| f.code == "misfit" && f.level == Level::Bad));
+}
+
+#[test]
+fn number_and_tilt_reach_the_verdict() {
+    let few: Vec<Stand> = good().into_iter().step_by(3).collect();
+    assert_eq!(few.len(), 4);
+    let few = verdict(&report(&few, 0.0, |_, _| ()));
+    assert!(few.level >= Level::Warn, "{few:?}");
+    let facing: Vec<Stand> =
+        good().into_iter().map(|([a, b, c], at, d)| ([a * 0.4, b * 0.4, c], at, d * 0.8)).collect();
+    let facing = verdict(&report(&facing, 0.0, |_, _| ()));
+    assert!(facing.level >= Level::Warn, "{facing:?}");
+}
+
+#[test]
+fn a_side_without_a_corner_reaches_the_verdict() {
+    // A lens with two free terms is certain everywhere: nothing but the corners says that a quarter was never seen.
+    let mut report = report(&good(), 0.0, |_, _| ());
+    for frame in &mut report.frames {
+        let keep: Vec<bool> = frame.corners.iter().map(|c| c.px.x > 170.0).collect();
+        let mut kept = keep.iter();
+        frame.corners.retain(|_| *kept.next().unwrap());
+        let mut kept = keep.iter();
+        frame.residuals_px.retain(|_| *kept.next().unwrap());
+    }
+    let solution = report.solution.as_mut().unwrap();
+    solution.uncertainty.grid_px.iter_mut().flatten().for_each(|px| *px = Some(0.1));
+    solution.uncertainty.worst_corner_px = Some(0.2);
+    let verdict = verdict(&report);
+    assert_eq!(verdict.level, Level::Warn);
+    assert!(verdict.sentence.contains("unchecked in the left quarter"), "{verdict:?}");
+}
+
+#[test]
+fn a_solution_that_was_not_reached_is_the_first_finding() {
+    let mut report = report(&good(), 0.0, |_, _| ());
+    report.solution.as_mut().unwrap().termination = crate::calib::solution::Termination::Stuck;
+    report.warnings.push(crate::calib::solution::Warning::new("not_converged", "the refinement stopped"));
+    assert_eq!(verdict(&report).level, Level::Bad);
+    let first = &findings(&report)[0];
+    assert_eq!((first.code.as_str(), first.level), ("not_converged", Level::Bad));
 }
 
 #[test]

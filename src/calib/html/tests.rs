@@ -5,6 +5,7 @@ use nalgebra::Vector2;
 use super::page;
 use crate::calib::{
     calibrate::{CameraSetup, Options, Problem, calibrate},
+    diagnose,
     observation::{Corner, FrameId, Observation},
     report::{Failure, FrameReport, FrameState, Report, Settings},
     solution::Warning,
@@ -103,7 +104,8 @@ fn the_page_holds_every_number_and_needs_nothing_else() {
     ] {
         assert!(rest.contains(words), "{words}");
     }
-    let head = format!("<p class=\"verdict {}\">{}</p>", super::tone(&report.verdict()), report.verdict());
+    let (level, verdict) = diagnose::summary(&report);
+    let head = format!("<p class=\"verdict {}\">{}</p>", super::tone(level), verdict);
     assert!(rest.contains(&head), "{head}");
     assert_eq!(rest.matches("<figure>").count(), 11);
     // Nothing is fetched: no address, no link, no import; pictures are embedded.
@@ -130,18 +132,6 @@ fn names_and_reasons_cannot_leave_their_place() {
 }
 
 #[test]
-fn the_colour_of_the_verdict_follows_its_first_words() {
-    for (verdict, tone) in [
-        ("Good: 15 of 15 pictures", "good"),
-        ("Use with care: RMS 2 px is large", "care"),
-        ("Do not use this: the solution was not reached", "bad"),
-        ("No calibration: no board", "bad"),
-    ] {
-        assert_eq!(super::tone(verdict), tone);
-    }
-}
-
-#[test]
 fn the_page_is_well_formed() {
     // XML is stricter than HTML about what is checked here: every element is closed, every attribute quoted.
     let html = page(&report());
@@ -159,6 +149,8 @@ fn without_a_calibration_the_reason_stands_at_the_head() {
     report.frames.iter_mut().for_each(|f| f.included = false);
     report.error = Some(Failure { code: "too_few_views".into(), text: "too few <pictures>".into() });
     let html = page(&report);
-    assert!(html.contains("<p class=\"verdict bad\">No calibration: too few &lt;pictures&gt;"));
+    assert!(
+        html.contains("<p class=\"verdict bad\">No camera from these pictures: too few &lt;pictures&gt;")
+    );
     assert!(html.contains("broken.jpg") && !html.contains("<figure>"));
 }

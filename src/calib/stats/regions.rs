@@ -12,6 +12,12 @@ pub struct Region {
 }
 
 impl Region {
+    /// Whether it is a quarter of the picture.
+    pub fn is_quarter(&self) -> bool {
+        let [x0, y0, x1, y1] = self.share;
+        (x1 - x0) * (y1 - y0) >= 0.25
+    }
+
     /// Whether a place, in shares of the picture, lies in it.
     pub fn holds(&self, [u, v]: [f64; 2]) -> bool {
         let [x0, y0, x1, y1] = self.share;

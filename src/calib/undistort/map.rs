@@ -139,6 +139,7 @@ impl Map {
     /// Every [`STEP`]-th pixel goes through the model; between them a cubic through four neighbours stands in for it where its
     /// fourth differences show that it is as good ([`cubic`]). Elsewhere, and near the border of the photograph, every
     /// pixel goes through the model.
+    #[inline(always)]
     pub(super) fn row(&self, v: usize, row: &mut Row) {
         let [width, _] = self.size;
         let steps = width.div_ceil(STEP);
@@ -209,6 +210,7 @@ impl Map {
 /// be off by more than 2.4e-5 px (less than the fixed point), or a position be outside of `0..=last`.
 ///
 /// The error of the cubic is at most 3/128 of the fourth difference (Newton's interpolation).
+#[inline(always)]
 fn cubic(nodes: &[f64], last: f64, out: &mut [i32; STEP]) -> bool {
     const MOST: f64 = 1e-3;
     // Lagrange's weights of nodes 0, 2, 3; with differences to node 1 its own is not needed.

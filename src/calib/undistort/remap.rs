@@ -13,6 +13,7 @@ use crate::calib::{
 
 mod bilinear;
 mod lanczos;
+mod wide;
 
 /// A photograph as the kernels see it.
 #[derive(Clone, Copy)]
@@ -99,15 +100,41 @@ impl Map {
         let [w, _] = self.size();
         let mut out = vec![T::default(); w * rows.len() * C];
         let mut row = Row::default();
-        let kernel = lanczos::Kernel::new();
+        let kernel = (interpolation == Interpolation::Lanczos).then(lanczos::Kernel::new);
         for (v, out) in rows.zip(out.chunks_exact_mut(w * C)) {
-            self.row(v, &mut row);
-            match interpolation {
-                Interpolation::Bilinear => bilinear::row::<T, C>(&source, &row, out),
-                Interpolation::Lanczos => lanczos::row::<T, C>(&source, &row, &kernel, out),
-            }
+            wide::make::<T, C>(Line {
+                map: self,
+                v,
+                source: &source,
+                kernel: kernel.as_ref(),
+                row: &mut row,
+                out,
+            });
         }
         Ok(out)
+    }
+}
+
+/// One row of the output, and what it is made from.
+struct Line<'a, T> {
+    map: &'a Map,
+    /// Number of the row.
+    v: usize,
+    source: &'a Source<'a, T>,
+    /// Lanczos' weights; none for bilinear interpolation.
+    kernel: Option<&'a lanczos::Kernel>,
+    row: &'a mut Row,
+    out: &'a mut [T],
+}
+
+impl<T: bilinear::Blend> Line<'_, T> {
+    #[inline(always)]
+    fn make<const C: usize>(self) {
+        self.map.row(self.v, self.row);
+        match self.kernel {
+            None => bilinear::row::<T, C>(self.source, self.row, self.out),
+            Some(kernel) => lanczos::row::<T, C>(self.source, self.row, kernel, self.out),
+        }
     }
 }
 

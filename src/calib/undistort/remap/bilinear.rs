@@ -8,14 +8,22 @@ pub(super) trait Blend: Sample {
     fn blend(a: Self, b: Self, c: Self, d: Self, x: i32, y: i32) -> Self;
 
     /// One row of the output, `C` samples a pixel, from a source of at least 2 × 2 pixels.
+    #[inline(always)]
     fn row<const C: usize>(source: &Source<'_, Self>, row: &Row, out: &mut [Self]) {
-        for ((out, &x), &y) in out.as_chunks_mut::<C>().0.iter_mut().zip(&row.x).zip(&row.y) {
-            *out = pixel(source, x, y);
-        }
+        row_of_pixels::<Self, C>(source, row, out);
+    }
+}
+
+/// A row pixel by pixel.
+#[inline(always)]
+fn row_of_pixels<T: Blend, const C: usize>(source: &Source<'_, T>, row: &Row, out: &mut [T]) {
+    for ((out, &x), &y) in out.as_chunks_mut::<C>().0.iter_mut().zip(&row.x).zip(&row.y) {
+        *out = pixel(source, x, y);
     }
 }
 
 /// One pixel of the output.
+#[inline(always)]
 fn pixel<T: Blend, const C: usize>(source: &Source<'_, T>, x: i32, y: i32) -> [T; C] {
     if x == INVALID {
         return [T::default(); C];
@@ -38,8 +46,13 @@ impl Blend for u8 {
         round(across(down(a, c, y), down(b, d, y), x))
     }
 
+    #[inline(always)]
     fn row<const C: usize>(source: &Source<'_, Self>, row: &Row, out: &mut [Self]) {
-        if C == 1 { singles(source, row, out) } else { groups::<C>(source, row, out) }
+        if u32::try_from(source.samples.len()).is_ok() {
+            blocks::<C>(source, row, out);
+        } else {
+            row_of_pixels::<Self, C>(source, row, out);
+        }
     }
 }
 
@@ -67,81 +80,122 @@ fn high(a: i16, b: i16) -> i16 {
     ((i32::from(a) * i32::from(b)) >> 16) as i16
 }
 
-/// One channel: pairs of neighbours are fetched for many pixels, then all are blended.
-fn singles(source: &Source<'_, u8>, row: &Row, out: &mut [u8]) {
-    const N: usize = 32;
-    let stride = source.width;
-    let (mut top, mut bottom) = ([0u16; N], [0u16; N]);
-    let (mut fx, mut fy) = ([0i16; N], [0i16; N]);
-    for ((out, xs), ys) in out.chunks_mut(N).zip(row.x.chunks(N)).zip(row.y.chunks(N)) {
-        for (i, (&x, &y)) in xs.iter().zip(ys).enumerate() {
-            if x == INVALID {
-                (top[i], bottom[i]) = (0, 0);
-                continue;
-            }
-            let (column, a) = split(x, source.width);
-            let (line, b) = split(y, source.height);
-            (fx[i], fy[i]) = (a as i16, b as i16);
-            let start = line * stride + column;
-            let taps = &source.samples[start..start + stride + 2];
-            top[i] = u16::from_le_bytes([taps[0], taps[1]]);
-            bottom[i] = u16::from_le_bytes([taps[stride], taps[stride + 1]]);
+/// Pixels that are fetched, then blended together.
+const BLOCK: usize = 32;
+
+/// A row block by block, `C` samples a pixel.
+#[inline(always)]
+fn blocks<const C: usize>(source: &Source<'_, u8>, row: &Row, out: &mut [u8]) {
+    let positions = row.x.chunks(BLOCK).zip(row.y.chunks(BLOCK));
+    for (out, (xs, ys)) in out.chunks_mut(BLOCK * C).zip(positions) {
+        let (xs, ys) = match (xs.first_chunk(), ys.first_chunk()) {
+            (Some(xs), Some(ys)) => (*xs, *ys),
+            _ => (filled(xs), filled(ys)),
+        };
+        let taps = Taps::of(source, C, &xs, &ys);
+        let mut blended = [0; BLOCK * 4 + 4];
+        if C == 1 {
+            taps.single(source, &mut blended);
+        } else {
+            taps.group::<C>(source, &mut blended);
         }
-        let mut blended = [0u8; N];
-        for i in 0..N {
-            let [a, c] = [top[i], bottom[i]].map(|pair| (pair & 255) as i16);
-            let [b, d] = [top[i], bottom[i]].map(|pair| (pair >> 8) as i16);
-            blended[i] = round(across(down(a, c, fy[i]), down(b, d, fy[i]), fx[i]));
-        }
-        out.copy_from_slice(&blended[..xs.len()]);
+        out.copy_from_slice(&blended[..out.len()]);
     }
 }
 
-/// Several channels: both neighbours of a pixel lie side by side in eight lanes; many pixels are fetched, then all blended.
-fn groups<const C: usize>(source: &Source<'_, u8>, row: &Row, out: &mut [u8]) {
-    const N: usize = 32;
-    let stride = source.width * C;
-    let (mut top, mut bottom) = ([[0u8; 8]; N], [[0u8; 8]; N]);
-    let (mut fx, mut fy) = ([[0i16; 8]; N], [[0i16; 8]; N]);
-    let mut left = [[0i16; 8]; N + 1];
-    let mut blended = [[0u8; 8]; N];
-    for ((out, xs), ys) in out.chunks_mut(N * C).zip(row.x.chunks(N)).zip(row.y.chunks(N)) {
-        for (i, (&x, &y)) in xs.iter().zip(ys).enumerate() {
-            if x == INVALID {
-                (top[i], bottom[i]) = ([0; 8], [0; 8]);
-                continue;
-            }
-            let (column, a) = split(x, source.width);
-            let (line, b) = split(y, source.height);
-            (fx[i], fy[i]) = ([a as i16; 8], [b as i16; 8]);
-            let start = line * stride + column * C;
-            match source.samples.get(start..start + stride + 8) {
-                Some(taps) => {
-                    top[i].copy_from_slice(&taps[..8]);
-                    bottom[i].copy_from_slice(&taps[stride..]);
-                }
-                None => {
-                    top[i] = eight(&source.samples[start..]);
-                    bottom[i] = eight(&source.samples[start + stride..]);
-                }
-            }
+/// The last block of a row: nothing is valid beyond it.
+fn filled(few: &[i32]) -> [i32; BLOCK] {
+    let mut all = [INVALID; BLOCK];
+    all[..few.len()].copy_from_slice(few);
+    all
+}
+
+/// Where the pixels of a block come from.
+struct Taps {
+    /// Of the upper left one, in samples.
+    start: [u32; BLOCK],
+    /// 255 where the pixel is valid.
+    valid: [u8; BLOCK],
+    /// Fractions of [`ONE`].
+    x: [i16; BLOCK],
+    y: [i16; BLOCK],
+}
+
+impl Taps {
+    #[inline(always)]
+    fn of(source: &Source<'_, u8>, channels: usize, xs: &[i32; BLOCK], ys: &[i32; BLOCK]) -> Self {
+        let mut taps = Self { start: [0; BLOCK], valid: [0; BLOCK], x: [0; BLOCK], y: [0; BLOCK] };
+        let [width, height] = [source.width as i32, source.height as i32];
+        let (stride, channels) = (source.width as u32 * channels as u32, channels as u32);
+        for i in 0..BLOCK {
+            let valid = xs[i] != INVALID;
+            let column = (xs[i] >> FRACTION_BITS).min(width - 2);
+            let line = (ys[i] >> FRACTION_BITS).min(height - 2);
+            taps.x[i] = (xs[i].wrapping_sub(column << FRACTION_BITS)) as i16;
+            taps.y[i] = (ys[i].wrapping_sub(line << FRACTION_BITS)) as i16;
+            let start =
+                (line as u32).wrapping_mul(stride).wrapping_add((column as u32).wrapping_mul(channels));
+            taps.start[i] = if valid { start } else { 0 };
+            taps.valid[i] = if valid { 255 } else { 0 };
         }
-        let lanes = left.as_flattened_mut();
-        let taps = top.as_flattened().iter().zip(bottom.as_flattened()).zip(fy.as_flattened());
-        for (left, ((&a, &c), &y)) in lanes.iter_mut().zip(taps) {
-            *left = down(i16::from(a), i16::from(c), y);
+        taps
+    }
+
+    /// One channel: a pair of neighbours from both lines.
+    #[inline(always)]
+    fn single(&self, source: &Source<'_, u8>, out: &mut [u8; BLOCK * 4 + 4]) {
+        let (mut top, mut bottom) = ([0u16; BLOCK], [0u16; BLOCK]);
+        for i in 0..BLOCK {
+            let start = self.start[i] as usize;
+            let taps = &source.samples[start..start + source.width + 2];
+            top[i] = u16::from_le_bytes([taps[0], taps[1]]);
+            bottom[i] = u16::from_le_bytes([taps[source.width], taps[source.width + 1]]);
         }
-        let pairs = lanes.iter().zip(&lanes[C..]).zip(fx.as_flattened());
-        for (blended, ((&left, &right), &x)) in blended.as_flattened_mut().iter_mut().zip(pairs) {
-            *blended = round(across(left, right, x));
+        for i in 0..BLOCK {
+            let [a, c] = [top[i], bottom[i]].map(|pair| (pair & 255) as i16);
+            let [b, d] = [top[i], bottom[i]].map(|pair| (pair >> 8) as i16);
+            let (x, y) = (self.x[i], self.y[i]);
+            out[i] = round(across(down(a, c, y), down(b, d, y), x)) & self.valid[i];
         }
-        for (out, blended) in out.as_chunks_mut::<C>().0.iter_mut().zip(&blended) {
-            out.copy_from_slice(&blended[..C]);
+    }
+
+    /// Several channels, each pixel in four lanes.
+    #[inline(always)]
+    fn group<const C: usize>(&self, source: &Source<'_, u8>, out: &mut [u8; BLOCK * 4 + 4]) {
+        let stride = source.width * C;
+        let mut taps = [[[0u8; 4]; BLOCK]; 4];
+        let (mut x, mut y) = ([[0i16; 4]; BLOCK], [[0i16; 4]; BLOCK]);
+        for i in 0..BLOCK {
+            let start = self.start[i] as usize;
+            let lines = match source.samples.get(start..start + stride + 8) {
+                Some(taps) => [eight(taps), eight(&taps[stride..])],
+                None => [eight(&source.samples[start..]), eight(&source.samples[start + stride..])],
+            };
+            let [top, bottom] = lines.map(u64::from_le_bytes);
+            let four = |taps: u64| (taps as u32).to_le_bytes();
+            taps[0][i] = four(top);
+            taps[1][i] = four(top >> (8 * C));
+            taps[2][i] = four(bottom);
+            taps[3][i] = four(bottom >> (8 * C));
+            (x[i], y[i]) = ([self.x[i]; 4], [self.y[i]; 4]);
+        }
+        let mut blended = [[0u8; 4]; BLOCK];
+        let [a, b, c, d] = taps.each_ref().map(|t| t.as_flattened());
+        let (x, y) = (x.as_flattened(), y.as_flattened());
+        for (i, out) in blended.as_flattened_mut().iter_mut().enumerate() {
+            let [a, b, c, d] = [a[i], b[i], c[i], d[i]].map(i16::from);
+            *out = round(across(down(a, c, y[i]), down(b, d, y[i]), x[i]));
+        }
+        for (i, (blended, valid)) in blended.iter().zip(self.valid).enumerate() {
+            // What is written too much the next pixel overwrites.
+            let valid = u32::from_le_bytes([valid; 4]);
+            out[i * C..i * C + 4].copy_from_slice(&(u32::from_le_bytes(*blended) & valid).to_le_bytes());
         }
     }
 }
 
 /// The first eight samples; zeros beyond the end of the source, where nothing is blended.
+#[inline(always)]
 fn eight(samples: &[u8]) -> [u8; 8] {
     samples.first_chunk().copied().unwrap_or_else(|| {
         let mut few = [0; 8];
@@ -162,6 +216,7 @@ impl Blend for u16 {
 }
 
 /// One row of the output, `C` samples a pixel.
+#[inline(always)]
 pub(super) fn row<T: Blend, const C: usize>(source: &Source<'_, T>, row: &Row, out: &mut [T]) {
     if source.width < 2 || source.height < 2 {
         thin::<T, C>(source, row, out);

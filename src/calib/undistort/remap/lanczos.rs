@@ -38,6 +38,7 @@ impl Kernel {
         Self { weights }
     }
 
+    #[inline(always)]
     fn at(&self, fraction: i32) -> &[f32; TAPS] {
         let shift = FRACTION_BITS - PHASE_BITS;
         &self.weights[((fraction + (1 << (shift - 1))) >> shift) as usize]
@@ -45,6 +46,7 @@ impl Kernel {
 }
 
 /// One row of the output, `C` samples a pixel. Beyond the border of the source its outermost pixels repeat.
+#[inline(always)]
 pub(super) fn row<T: Sample, const C: usize>(
     source: &Source<'_, T>,
     row: &Row,
