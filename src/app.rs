@@ -14,6 +14,8 @@ pub mod export;
 pub mod files;
 pub mod home;
 mod keys;
+pub mod lab;
+pub mod layout;
 pub mod maps;
 pub mod panels;
 pub mod picture_view;
@@ -43,6 +45,7 @@ use action::{Action, Command};
 use cx::Cx;
 use files::Inbox;
 use home::Home;
+use layout::Layout;
 use plan::{Kind, Plan};
 use session::Session;
 use state::{Notice, State};
@@ -51,6 +54,8 @@ use textures::Textures;
 
 /// Names the folder of the application.
 const ID: &str = "straightedge";
+/// Names the layout in what is kept between runs.
+const LAYOUT: &str = "layout";
 
 /// The application.
 pub struct App {
@@ -62,6 +67,8 @@ pub struct App {
     /// The revision that was planned for.
     planned: Option<u64>,
     home: Home,
+    /// Where panels are, once that is the user's choice.
+    layout: Layout,
     /// When the pictures were opened.
     opened: Option<Instant>,
 }
@@ -69,7 +76,12 @@ pub struct App {
 impl App {
     /// A window; it opens what lies at `paths`.
     pub fn new(cc: &eframe::CreationContext<'_>, paths: Vec<PathBuf>) -> Self {
-        Self::on(&cc.egui_ctx, paths, eframe::storage_dir(ID))
+        let mut app = Self::on(&cc.egui_ctx, paths, eframe::storage_dir(ID));
+        if let Some(layout) = cc.storage.and_then(|s| eframe::get_value::<Layout>(s, LAYOUT)) {
+            app.state.screen.unlocked = layout.unlocked;
+            app.layout = layout;
+        }
+        app
     }
 
     /// The same on a context; `home` is the folder for what is kept between runs, without one nothing is.
@@ -83,6 +95,7 @@ impl App {
             inbox: Inbox::new(ctx),
             planned: None,
             home: Home::new(home),
+            layout: Layout::default(),
             opened: None,
         };
         app.state.recent.clone_from(&app.home.recent);
@@ -197,6 +210,7 @@ impl App {
             }),
             Command::Locate => self.inbox.locate(Session::of(&self.state)),
             Command::StraightenAll => self.straighten_all(),
+            Command::ResetLayout => self.layout = Layout::default(),
             // The text goes through the window, which is at hand where panels are drawn.
             Command::Copy(_) => {}
         }
@@ -264,17 +278,26 @@ impl App {
                 .size_range(260.0..=420.0)
                 .frame(bar(Margin::symmetric(14, 12)))
                 .show(ui, |ui| zones::answer::show(&mut cx, ui));
-            Panel::bottom("tiles")
-                .exact_size(if tall { 244.0 } else { 198.0 })
-                .frame(bar(Margin::ZERO))
-                .show(ui, |ui| zones::tiles::show(&mut cx, ui));
+            if !self.state.screen.unlocked {
+                Panel::bottom("tiles")
+                    .exact_size(if tall { 244.0 } else { 198.0 })
+                    .frame(bar(Margin::ZERO))
+                    .show(ui, |ui| zones::tiles::show(&mut cx, ui));
+            }
             Panel::left("pictures")
                 .default_size(by_width([236.0, 250.0, 272.0]))
                 .size_range(230.0..=400.0)
                 .frame(bar(Margin::ZERO))
                 .show(ui, |ui| zones::pictures::show(&mut cx, ui));
-            egui::CentralPanel::no_frame().show(ui, |ui| zones::center::show(&mut cx, ui));
+            egui::CentralPanel::no_frame().show(ui, |ui| {
+                if self.state.screen.unlocked {
+                    self.layout.show(&mut cx, ui);
+                } else {
+                    zones::center::show(&mut cx, ui);
+                }
+            });
         }
+        lab::show(&mut cx, ui);
         zones::dialogs::show(&mut cx, ui);
         notice(&mut cx, ui);
         actions.extend(cx.into_actions());
@@ -345,6 +368,11 @@ impl eframe::App for App {
         if let Some(pause) = self.home.keep(content, || Session::of(&self.state)) {
             ctx.request_repaint_after(pause);
         }
+    }
+
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        self.layout.unlocked = self.state.screen.unlocked;
+        eframe::set_value(storage, LAYOUT, &self.layout);
     }
 
     fn on_exit(&mut self) {

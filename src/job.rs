@@ -25,6 +25,10 @@ use crate::calib::{
     Error, Result,
     camera::Camera,
     detect::{self, Detection},
+    experiment::{
+        ablate::{self, ABLATIONS, CONDITIONS, Numbers},
+        pipeline::Bench,
+    },
     image::{Photo, Samples},
     synth::{self, Scene},
     undistort::{Interpolation, Rect, Straightener, largest_valid},
@@ -99,6 +103,9 @@ pub enum Job {
         /// Its longer side, px.
         longest_px: u32,
     },
+    /// Calibrate the built-in scene with one thing changed: the number counts through
+    /// [`ABLATIONS`] for each of the [`CONDITIONS`].
+    Ablate(u32),
     /// Read a picture and take the lens out of it.
     Straighten {
         /// The picture.
@@ -119,6 +126,8 @@ pub enum Output {
     Evidence(Box<Evidence>),
     /// Of [`Job::Look`] and [`Job::Thumbnail`].
     Raster(Raster),
+    /// Of [`Job::Ablate`]; a calibration that is refused is an outcome.
+    Effect(std::result::Result<Box<Numbers>, String>),
     /// Of [`Job::Straighten`], with the largest rectangle of it in which every pixel is valid.
     Straight(Raster, Option<Rect>),
 }
@@ -197,6 +206,12 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
         Job::Thumbnail { source, longest_px } => {
             let gray = source.read(Colours::Gray)?.photo.into_gray();
             Ok(Output::Raster(Raster::thumbnail(&gray, longest_px as usize)))
+        }
+        Job::Ablate(number) => {
+            let (condition, change) = (number as usize / ABLATIONS.len(), number as usize % ABLATIONS.len());
+            let condition = condition.min(CONDITIONS.len() - 1);
+            let outcome = ablate::effect(condition, &ABLATIONS[change], &mut Bench::default())?;
+            Ok(Output::Effect(outcome.map(Box::new)))
         }
         Job::Straighten { source, camera, alpha } => {
             let photo = source.read(Colours::Keep)?.photo;

@@ -77,6 +77,8 @@ pub enum Command {
     Locate,
     /// Ask for a session.
     OpenSession,
+    /// Put the panels back into their places.
+    ResetLayout,
     /// Put a text on the clipboard.
     Copy(String),
 }
@@ -94,14 +96,15 @@ impl State {
         match action {
             Action::Add(sources) => self.add(sources),
             Action::Open(sources) => {
-                let screen = Screen { layers: self.screen.layers, ..Screen::default() };
-                *self = Self { screen, ..self.fresh() };
+                *self = self.fresh();
                 self.add(sources);
                 self.past.clear();
             }
             Action::Restore(session) => {
                 *self = self.fresh();
                 (self.doc, self.data.inspections) = session.into_parts();
+                let keys: Vec<_> = self.inspected().into_iter().map(|(f, key, _)| (f.id, key)).collect();
+                self.data.made_from.extend(keys);
             }
             Action::Close => *self = self.fresh(),
             Action::Edit(doc) => self.edit(*doc),
@@ -129,7 +132,9 @@ impl State {
     /// Nothing open; counters go on, and what was open once is remembered.
     fn fresh(&mut self) -> Self {
         let recent = std::mem::take(&mut self.recent);
-        Self { revision: self.revision, content: self.content, recent, ..Self::default() }
+        let Screen { layers, unlocked, lab, .. } = self.screen;
+        let screen = Screen { layers, unlocked, lab, ..Screen::default() };
+        Self { revision: self.revision, content: self.content, recent, screen, ..Self::default() }
     }
 
     fn edit(&mut self, doc: Document) {
@@ -159,6 +164,7 @@ impl State {
     fn finished(&mut self, Reply { key, result }: Reply) {
         match plan::Kind::of(key) {
             Some(plan::Kind::Inspect(id)) => {
+                self.data.made_from.insert(id, key);
                 let result = result.map(|output| match output {
                     Output::Inspection(i) => Some(*i),
                     _ => None,
@@ -186,8 +192,16 @@ impl State {
                 Ok(_) => {}
                 Err(error) => self.screen.notice = Some(Notice::bad(error.to_string())),
             },
-            Some(plan::Kind::Look) => self.data.look = Some(shown(key, result)),
+            Some(plan::Kind::Look(_)) => self.data.look = Some(shown(key, result)),
             Some(plan::Kind::Straight) => self.data.straight = Some(shown(key, result)),
+            Some(plan::Kind::Effect(number)) => {
+                let outcome = match result {
+                    Ok(Output::Effect(outcome)) => outcome.map(|n| *n),
+                    Ok(_) => return,
+                    Err(error) => Err(error.to_string()),
+                };
+                self.data.effects.insert(number, outcome);
+            }
             None => {}
         }
     }

@@ -1,8 +1,9 @@
 //! Maps over a picture: a grid of values as a smooth image, and its contours.
 
-use egui::{Color32, ColorImage, Pos2, Rect, Shape, Stroke, Ui, pos2};
+use egui::{Color32, ColorImage, Painter, Pos2, Rect, Shape, Stroke, Ui, pos2};
+use nalgebra::Vector2;
 
-use super::{style::CONTOUR, widgets::plate};
+use super::{picture_view::Place, style::CONTOUR, widgets::plate};
 
 /// Values at the middles of equal cells of a picture, rows from the top; none where there is no answer.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,6 +85,15 @@ impl Grid {
         }
         pieces
     }
+}
+
+/// Most dots that are drawn: more are not told apart, and cost time in every frame.
+const MOST_DOTS: usize = 4000;
+
+/// Draws positions in a picture as dots; of very many, evenly chosen ones.
+pub fn dots(painter: &Painter, place: &Place, px: &[Vector2<f64>], radius: f32, color: Color32) {
+    let shown = px.iter().step_by(px.len().div_ceil(MOST_DOTS).max(1));
+    painter.extend(shown.map(|p| Shape::circle_filled(place.point([p.x, p.y]), radius, color)));
 }
 
 /// Draws contours with their labels; each label stands near the middle of the left side, clear of the others.

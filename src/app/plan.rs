@@ -6,13 +6,23 @@ use std::{hash::Hash, sync::Arc};
 
 use siphasher::sip128::{Hasher128, SipHasher13};
 
-use super::state::{Frame, State};
+use super::{
+    lab,
+    state::{Frame, State},
+};
 use crate::{
     calib::{
-        calibrate::Options, camera::Model, detect, observation::FrameId, report::Settings, target::Unit,
+        calibrate::Options,
+        camera::Model,
+        detect,
+        experiment::ablate::{ABLATIONS, CONDITIONS},
+        observation::FrameId,
+        report::Settings,
+        synth::Scene,
+        target::Unit,
     },
     job::{
-        Job, Key, Request,
+        Job, Key, Request, Source,
         assemble::Entry,
         evidence::{Case, Known},
     },
@@ -33,9 +43,11 @@ pub enum Kind {
     /// The calibration.
     Evidence,
     /// The selected picture.
-    Look,
+    Look(FrameId),
     /// The selected picture, straightened.
     Straight,
+    /// What one change of the method does.
+    Effect(u32),
 }
 
 impl Kind {
@@ -44,8 +56,9 @@ impl Kind {
         match key.0 >> 120 {
             1 => Some(Self::Inspect(FrameId(key.0 as u32))),
             2 => Some(Self::Evidence),
-            3 => Some(Self::Look),
+            3 => Some(Self::Look(FrameId(key.0 as u32))),
             4 => Some(Self::Straight),
+            6 => Some(Self::Effect(key.0 as u32)),
             5 => Some(Self::Thumbnail(FrameId(key.0 as u32))),
             _ => None,
         }
@@ -54,13 +67,40 @@ impl Kind {
     /// A key of this kind with this content.
     const fn key(self, content: u128) -> Key {
         let (kind, content) = match self {
-            Self::Inspect(id) => (1, id.0 as u128),
-            Self::Thumbnail(id) => (5, id.0 as u128),
+            Self::Inspect(id) => (1, content << 32 | id.0 as u128),
+            Self::Thumbnail(id) => (5, content << 32 | id.0 as u128),
             Self::Evidence => (2, content),
-            Self::Look => (3, content),
+            Self::Look(id) => (3, content << 32 | id.0 as u128),
             Self::Straight => (4, content),
+            Self::Effect(number) => (6, number as u128),
         };
         Key((kind << 120) | (content & (u128::MAX >> 8)))
+    }
+}
+
+/// Tells apart what pictures of one number are made from: views by all of their scene.
+#[derive(Default)]
+struct Prints {
+    /// The last scene: all views of one share it.
+    scene: Option<(Arc<Scene>, u64)>,
+}
+
+impl Prints {
+    fn of(&mut self, source: &Source) -> u64 {
+        let mut hash = SipHasher13::new();
+        match source {
+            // A file's number is its own for good, also where the file is found again elsewhere.
+            Source::File(_) => {}
+            Source::View { scene, view } => {
+                if !self.scene.as_ref().is_some_and(|(last, _)| Arc::ptr_eq(last, scene)) {
+                    let mut text = SipHasher13::new();
+                    scene.to_json().hash(&mut text);
+                    self.scene = Some((scene.clone(), text.finish128().as_u64().0));
+                }
+                (self.scene.as_ref().map(|s| s.1), view).hash(&mut hash);
+            }
+        }
+        hash.finish128().as_u64().0
     }
 }
 
@@ -95,9 +135,9 @@ impl State {
             plan.first.extend(self.evidence());
         }
         if !self.data.stopped {
-            let missing = |f: &&Frame| !self.data.inspections.contains_key(&f.id);
-            plan.then.extend(self.doc.frames.iter().filter(missing).map(|frame| Request {
-                key: Kind::Inspect(frame.id).key(0),
+            let waiting = self.inspected().into_iter().filter(|(.., fresh)| !fresh);
+            plan.then.extend(waiting.map(|(frame, key, _)| Request {
+                key,
                 job: Job::Inspect {
                     source: frame.source.clone(),
                     options: detect::Options::default(),
@@ -111,15 +151,20 @@ impl State {
                 && !self.data.thumbnails.contains_key(&f.id)
         };
         plan.then.extend(self.doc.frames.iter().filter(bare).map(|frame| Request {
-            key: Kind::Thumbnail(frame.id).key(0),
+            key: Kind::Thumbnail(frame.id).key(u128::from(Prints::default().of(&frame.source))),
             job: Job::Thumbnail { source: frame.source.clone(), longest_px: THUMBNAIL_PX },
         }));
+        if self.screen.lab == Some(lab::Part::Ablation) {
+            let all = (ABLATIONS.len() * CONDITIONS.len()) as u32;
+            let missing = (0..all).filter(|n| !self.data.effects.contains_key(n));
+            plan.then.extend(missing.map(|n| Request { key: Kind::Effect(n).key(0), job: Job::Ablate(n) }));
+        }
         plan
     }
 
     fn look(&self) -> Option<Request> {
         let id = self.selected()?;
-        let key = look_key(id);
+        let key = self.look_key()?;
         if self.data.look.as_ref().is_some_and(|l| l.key == key) {
             return None;
         }
@@ -138,7 +183,7 @@ impl State {
             return None;
         }
         let mut hash = SipHasher13::new();
-        (id, self.doc.alpha.to_bits(), solution.camera.model).hash(&mut hash);
+        (self.look_key()?.0, self.doc.alpha.to_bits(), solution.camera.model).hash(&mut hash);
         solution.camera.params.iter().for_each(|p| p.to_bits().hash(&mut hash));
         let key = Kind::Straight.key(hash.finish128().into());
         if self.data.straight.as_ref().is_some_and(|s| s.key == key) {
@@ -157,17 +202,43 @@ impl State {
         if have.is_some_and(|a| a.key == key) {
             return None;
         }
-        let complete = self.waiting() == 0 || self.data.stopped;
-        let seen = self.doc.frames.len() - self.waiting();
+        let inspected = self.inspected();
+        let ids: Vec<FrameId> = inspected.iter().filter(|i| i.2).map(|(frame, ..)| frame.id).collect();
+        let (seen, all) = (ids.len(), inspected.len());
+        let complete = seen == all || self.data.stopped;
         let last = have.map_or(0, |a| a.ids.len());
-        if !complete && (seen < 3 || (seen > last && (seen as f64) < last as f64 * GROWTH)) {
+        let few = seen < 3 || (seen > last && (seen as f64) < last as f64 * GROWTH);
+        // Of a scene that has changed all views come anew: until then the old camera stays.
+        let changed =
+            inspected.iter().any(|(f, _, fresh)| !fresh && self.data.inspections.contains_key(&f.id));
+        if !complete && (few || changed) {
             return None;
         }
-        let frames = || self.doc.frames.iter().filter(|f| self.data.inspections.contains_key(&f.id));
-        let ids: Vec<FrameId> = frames().map(|f| f.id).collect();
         let case = case(self, &ids);
         self.data.asked = Some(Asked { key, ids, complete });
         Some(Request { key, job: Job::Evidence(Box::new(case)) })
+    }
+}
+
+impl State {
+    /// Each picture with the key of what is seen in it, and whether that is known.
+    pub(super) fn inspected(&self) -> Vec<(&Frame, Key, bool)> {
+        let mut prints = Prints::default();
+        let frames = self.doc.frames.iter();
+        frames
+            .map(|frame| {
+                let key = Kind::Inspect(frame.id).key(u128::from(prints.of(&frame.source)));
+                let made_from = self.data.made_from.get(&frame.id).unwrap_or(&key);
+                (frame, key, *made_from == key && self.data.inspections.contains_key(&frame.id))
+            })
+            .collect()
+    }
+
+    /// The key of the selected picture as it is looked at.
+    pub fn look_key(&self) -> Option<Key> {
+        let frame = self.doc.frame(self.selected()?)?;
+        let print = Prints::default().of(&frame.source);
+        Some(Kind::Look(frame.id).key(u128::from(print)))
     }
 }
 
@@ -176,11 +247,9 @@ pub fn evidence_key(state: &State) -> Option<Key> {
     let doc = &state.doc;
     let mut hash = SipHasher13::new();
     let mut any = false;
-    for frame in doc.frames.iter() {
-        if state.data.inspections.contains_key(&frame.id) {
-            any = true;
-            (frame.id, doc.excluded.contains(&frame.id)).hash(&mut hash);
-        }
+    for (frame, key, _) in state.inspected().into_iter().filter(|(.., fresh)| *fresh) {
+        any = true;
+        (key.0, doc.excluded.contains(&frame.id)).hash(&mut hash);
     }
     (doc.board, doc.model, doc.loss, doc.weights).hash(&mut hash);
     for fix in &doc.fixed {
@@ -224,9 +293,4 @@ fn case(state: &State, ids: &[FrameId]) -> Case {
         dropped: doc.dropped.iter().filter_map(|(id, index)| Some((position(*id)?, *index))).collect(),
         ..Case::new(ids.iter().map(entry).collect(), settings)
     }
-}
-
-/// The key of a picture that is looked at.
-pub const fn look_key(id: FrameId) -> Key {
-    Kind::Look.key(id.0 as u128)
 }

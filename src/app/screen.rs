@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{panels::Tile, state::Notice};
+use super::{lab::Part, panels::Tile, state::Notice};
 use crate::calib::observation::FrameId;
 
 /// What is drawn over a picture.
@@ -171,6 +171,10 @@ pub struct Screen {
     pub orbit: Orbit,
     /// Whether *more* is unfolded in the answer.
     pub more: bool,
+    /// Whether the panels are where the user put them, instead of in the fixed zones.
+    pub unlocked: bool,
+    /// The open page of the lab.
+    pub lab: Option<Part>,
     /// What stands over the window.
     pub dialog: Option<Dialog>,
     /// What is to be told.
@@ -195,6 +199,8 @@ impl Default for Screen {
             component: 2,
             orbit: Orbit::default(),
             more: false,
+            unlocked: false,
+            lab: None,
             dialog: None,
             notice: None,
         }

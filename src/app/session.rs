@@ -41,7 +41,8 @@ pub struct Session {
 impl Session {
     /// Of the present state.
     pub fn of(state: &State) -> Self {
-        let seen = state.doc.frames.iter().filter_map(|f| {
+        let fresh = state.inspected().into_iter().filter(|(.., fresh)| *fresh);
+        let seen = fresh.filter_map(|(f, ..)| {
             let inspection = state.data.inspections.get(&f.id)?.as_ref().ok()?;
             Some((f.id, inspection.as_ref().clone()))
         });

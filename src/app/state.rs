@@ -14,6 +14,7 @@ use crate::{
         Error,
         calibrate::{Fix, Loss, Weights},
         camera::Model,
+        experiment::ablate::Numbers,
         observation::FrameId,
         report::{FrameReport, Report, Solution},
         synth::Scene,
@@ -187,6 +188,8 @@ pub struct Shown {
 pub struct Data {
     /// What was seen in each picture.
     pub inspections: BTreeMap<FrameId, Result<Arc<Inspection>, Error>>,
+    /// The key of each of these. One without comes from elsewhere and holds.
+    pub made_from: BTreeMap<FrameId, Key>,
     /// The calibration that is being made.
     pub asked: Option<Asked>,
     /// The calibration.
@@ -201,6 +204,8 @@ pub struct Data {
     pub look: Option<Shown>,
     /// The selected picture without its lens.
     pub straight: Option<Shown>,
+    /// What changes of the method do, by their number in [`crate::job::Job::Ablate`].
+    pub effects: BTreeMap<u32, std::result::Result<Numbers, String>>,
     /// Whether the user stopped the reading of pictures.
     pub stopped: bool,
     /// Wall time from opening to the last answer, ms.
@@ -289,7 +294,7 @@ impl State {
 
     /// Pictures that have not been looked at yet.
     pub fn waiting(&self) -> usize {
-        self.doc.frames.iter().filter(|f| !self.data.inspections.contains_key(&f.id)).count()
+        self.inspected().iter().filter(|(.., fresh)| !fresh).count()
     }
 
     /// Moves where what a session holds has changed.

@@ -216,6 +216,7 @@ pub fn install(ctx: &egui::Context) {
         style.spacing.interact_size = egui::vec2(24.0, 24.0);
         style.spacing.icon_width = 14.0;
         style.spacing.menu_margin = Margin::same(8);
+        style.spacing.window_margin = Margin::same(14);
         style.spacing.scroll = egui::style::ScrollStyle::thin();
         // Layout and numbers never move by themselves, and pictures of the window must come out the same every time.
         style.animation_time = 0.0;

@@ -1,9 +1,10 @@
 //! Pictures on the graphics card: each is sent once.
 
-use std::collections::{BTreeMap, btree_map::Entry};
+use std::collections::BTreeMap;
 
 use egui::{ColorImage, TextureHandle, TextureOptions};
 
+use super::state::Data;
 use crate::{
     calib::observation::FrameId,
     job::{Key, raster::Raster},
@@ -12,7 +13,8 @@ use crate::{
 /// What was sent.
 #[derive(Default)]
 pub struct Textures {
-    thumbnails: BTreeMap<FrameId, TextureHandle>,
+    /// Small copies, and what each was made from.
+    thumbnails: BTreeMap<FrameId, (Option<Key>, TextureHandle)>,
     /// The selected picture, as it is and straightened: smooth for panels, with hard pixels for the loupe.
     large: BTreeMap<&'static str, (Key, TextureHandle)>,
     /// Maps by name and what they were made from.
@@ -21,17 +23,14 @@ pub struct Textures {
 
 impl Textures {
     /// The thumbnail of a picture, where it has one.
-    pub fn thumbnail(
-        &mut self,
-        ctx: &egui::Context,
-        id: FrameId,
-        raster: Option<&Raster>,
-    ) -> Option<&TextureHandle> {
-        if let Entry::Vacant(place) = self.thumbnails.entry(id) {
-            let image = image(raster?, usize::MAX);
-            place.insert(ctx.load_texture(format!("thumbnail {}", id.0), image, TextureOptions::LINEAR));
+    pub fn thumbnail(&mut self, ctx: &egui::Context, id: FrameId, data: &Data) -> Option<&TextureHandle> {
+        let made_from = data.made_from.get(&id).copied();
+        if self.thumbnails.get(&id).is_none_or(|(key, _)| *key != made_from) {
+            let image = image(data.thumbnails.get(&id)?.as_deref()?, usize::MAX);
+            let texture = ctx.load_texture(format!("thumbnail {}", id.0), image, TextureOptions::LINEAR);
+            self.thumbnails.insert(id, (made_from, texture));
         }
-        self.thumbnails.get(&id)
+        self.thumbnails.get(&id).map(|(_, texture)| texture)
     }
 
     /// A large picture under a name; sent again where its key has changed.

@@ -132,7 +132,8 @@ pub fn color_bar(ui: &Ui, t: &Tokens, rect: Rect, labels: &[(f32, String)], at: 
     }
     for (share, label) in labels {
         let y = rect.bottom() - rect.height() * share;
-        let y = y.clamp(rect.top() + 5.0, rect.bottom() - 5.0);
+        // Inside, also where there is hardly room.
+        let y = y.min(rect.bottom() - 5.0).max(rect.top() + 5.0);
         let font = font::regular(font::CAPTION);
         painter.text(pos2(rect.right() + 5.0, y), Align2::LEFT_CENTER, label, font, t.text3);
     }

@@ -9,9 +9,10 @@ use egui::{Rect, Sense, Stroke, Ui, pos2, vec2};
 use super::{Page, Panel, Tile, part};
 use crate::app::{
     cx::Cx,
+    maps,
     picture_view::Place,
     style::font,
-    widgets::{empty, fit, named, text},
+    widgets::{empty, fit, named, plate, text},
 };
 use crate::calib::stats::regions;
 
@@ -64,6 +65,10 @@ fn shares(cx: &Cx<'_>, ui: &mut Ui) {
     for (share, what) in
         [(c.width_fraction, "width"), (c.height_fraction, "height"), (c.cells_fraction, "cells")]
     {
+        // A word that would be cut is left out.
+        if ui.available_width() < 52.0 {
+            break;
+        }
         ui.label(text(format!("{:.0} %", 100.0 * share), font::semibold(font::SMALL), t.ink));
         ui.label(text(what, font::regular(font::SMALL), t.text3));
         ui.add_space(2.0);
@@ -80,21 +85,11 @@ fn corners(cx: &mut Cx<'_>, ui: &mut Ui) {
     ui.painter().rect_filled(rect, 2.0, t.canvas);
     let selected = cx.state.selected();
     let place = Place::covering(rect, solution.camera.size_px);
-    let mut points = Vec::new();
-    let mut chosen = Vec::new();
-    for (id, frame) in answer.used() {
-        for corner in &frame.corners {
-            points.push(corner.px);
-            if selected == Some(id) {
-                chosen.push(place.point([corner.px.x, corner.px.y]));
-            } else {
-                ui.painter().circle_filled(place.point([corner.px.x, corner.px.y]), 1.6, t.text2);
-            }
-        }
-    }
-    for at in &chosen {
-        ui.painter().circle_filled(*at, 2.6, t.accent);
-    }
+    let points = answer.report().corners_px();
+    maps::dots(ui.painter(), &place, &points, 1.6, t.text2);
+    let chosen = selected.and_then(|id| answer.frame(id)).filter(|f| f.included);
+    let chosen: Vec<_> = chosen.iter().flat_map(|f| f.corners.iter().map(|c| c.px)).collect();
+    maps::dots(ui.painter(), &place, &chosen, 2.6, t.accent);
     let empty_regions = regions::empty(&points, solution.camera.size_px);
     for region in &empty_regions {
         let [x0, y0, x1, y1] = region.share.map(|s| s as f32);
@@ -104,13 +99,16 @@ fn corners(cx: &mut Cx<'_>, ui: &mut Ui) {
         );
         ui.painter().rect_filled(part, 0.0, t.ctl.gamma_multiply(0.6));
         ui.painter().rect_stroke(part, 0.0, Stroke::new(1.0, t.line2), egui::StrokeKind::Inside);
-        crate::app::widgets::plate(
-            ui.painter(),
-            part,
-            part.center(),
-            egui::Align2::CENTER_CENTER,
-            "no corner",
-        );
+    }
+    let mut labels: Vec<egui::Pos2> = Vec::new();
+    for region in &empty_regions {
+        let [x0, y0, x1, y1] = region.share.map(|s| s as f32);
+        let at = rect.lerp_inside(vec2((x0 + x1) / 2.0, (y0 + y1) / 2.0));
+        // Names keep clear of each other; the sentence below has them all.
+        if labels.iter().all(|l| (l.x - at.x).abs() > 120.0 || (l.y - at.y).abs() > 22.0) {
+            plate(ui.painter(), rect, at, egui::Align2::CENTER_CENTER, region.place());
+            labels.push(at);
+        }
     }
     let words = if empty_regions.is_empty() {
         "Every border strip and corner of the picture has seen the board.".to_owned()

@@ -10,6 +10,7 @@ use crate::{
     app::{
         cx::Cx,
         picture_view::{Mark, Place, marks},
+        plan,
         state::{State, TIMES},
         style::icon,
         widgets::{WHOLE, icon_button, named, toggle},
@@ -40,7 +41,7 @@ fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
 fn switches(cx: &mut Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
     let sheet = cx.state.screen.sheet;
-    let narrow = ui.content_rect().width() < 1100.0;
+    let narrow = ui.available_width() < NARROW;
     if icon_button(ui, t, icon::SHEET, if sheet { "One picture" } else { "All pictures" }, true).clicked() {
         cx.show(|s| s.sheet = !sheet);
     }
@@ -57,23 +58,38 @@ fn switches(cx: &mut Cx<'_>, ui: &mut Ui) {
         ));
     }
     // From left to right in what is left of the row.
-    ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| head(cx, ui));
+    ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| head(cx, ui, narrow));
 }
 
-fn head(cx: &mut Cx<'_>, ui: &mut Ui) {
+/// Below this width the head says the least.
+const NARROW: f32 = 620.0;
+/// Below this width the layers are a menu.
+const NARROW_LAYERS: f32 = 320.0;
+
+fn head(cx: &mut Cx<'_>, ui: &mut Ui, narrow: bool) {
     use crate::app::{style::font, widgets::text};
     let t = cx.t;
     if let Some(id) = cx.state.selected() {
         let at = cx.state.doc.frames.iter().position(|f| f.id == id).map_or(0, |i| i + 1);
         let name = if cx.state.screen.sheet { "All pictures".to_owned() } else { cx.state.name(id) };
         ui.label(text(name, font::semibold(font::BODY), t.ink));
-        if !cx.state.screen.sheet && ui.content_rect().width() >= 1100.0 {
+        if !cx.state.screen.sheet && !narrow {
             let of = format!("{at} of {}", cx.state.doc.frames.len());
             ui.label(text(of, font::regular(font::BODY), t.text3));
         }
     }
     ui.add_space(6.0);
     ui.spacing_mut().item_spacing.x = 2.0;
+    if ui.available_width() < NARROW_LAYERS {
+        ui.menu_button(format!("Layers  {}", icon::CARET_DOWN), |ui| layers(cx, ui));
+    } else {
+        layers(cx, ui);
+    }
+}
+
+/// Toggles of what is drawn over the picture.
+fn layers(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let t = cx.t;
     let layers = cx.state.screen.layers;
     if toggle(ui, t, layers.corners, "Corners").on_hover_text("Detected corners").clicked() {
         cx.show(|s| s.layers.corners = !layers.corners);
@@ -134,16 +150,16 @@ fn picture(cx: &mut Cx<'_>, ui: &Ui, id: FrameId, place: &Place, clip: egui::Rec
     } else {
         (cx.state.data.look.as_ref(), "look")
     };
+    // While a scene changes the picture before the change stays.
     let is_this = cx.state.selected() == Some(id)
-        && (straight || shown.is_some_and(|s| s.key == crate::app::plan::look_key(id)));
+        && (straight || shown.is_some_and(|s| plan::Kind::of(s.key) == Some(plan::Kind::Look(id))));
     if let (true, Some(Ok(raster))) = (is_this, shown.map(|s| s.raster.as_ref())) {
         let key = shown.map_or(crate::job::Key(0), |s| s.key);
         let texture = cx.textures.large(ui, name, key, raster);
         painter.image(texture.id(), place.rect, WHOLE, egui::Color32::WHITE);
         return true;
     }
-    let seen = cx.state.data.thumbnails.get(&id).and_then(|r| r.as_deref());
-    if let Some(texture) = cx.textures.thumbnail(ui, id, seen) {
+    if let Some(texture) = cx.textures.thumbnail(ui, id, &cx.state.data) {
         painter.image(texture.id(), place.rect, WHOLE, egui::Color32::WHITE);
     }
     false

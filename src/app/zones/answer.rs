@@ -242,16 +242,11 @@ fn camera(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
             let before = g.solution()?;
             let old = before.camera.get(param.name)?;
             let sigma = sigma.or_else(|| before.sigma.get(param.name).copied().flatten())?;
-            ((value - old).abs() > 0.05 * sigma).then(|| minus(format!("{:+}", Rounded(value - old, sigma))))
+            let moved = (value - old) / sigma;
+            (moved.abs() > 0.05).then(|| minus(format!("{moved:+.1} σ")))
         });
         if let Some(moved) = moved {
-            painter.text(
-                right,
-                Align2::RIGHT_CENTER,
-                format!("Δ {moved}"),
-                font::regular(font::SMALL),
-                t.text3,
-            );
+            painter.text(right, Align2::RIGHT_CENTER, moved, font::regular(font::SMALL), t.text3);
         } else if uncertain {
             let drawn =
                 painter.text(right, Align2::RIGHT_CENTER, "not certain", font::regular(font::SMALL), t.text2);
@@ -264,16 +259,6 @@ fn camera(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
     }
     if cx.state.screen.more {
         more(cx, ui, solution);
-    }
-}
-
-/// A difference, rounded to the σ of its value.
-struct Rounded(f64, f64);
-
-impl std::fmt::Display for Rounded {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let [value, _] = crate::calib::number::with_sigma(self.0, self.1);
-        if self.0 >= 0.0 && f.sign_plus() { write!(f, "+{value}") } else { f.write_str(&value) }
     }
 }
 

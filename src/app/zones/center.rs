@@ -11,10 +11,16 @@ use crate::app::{
 
 /// Height of the head of a page.
 const HEAD: f32 = 34.0;
+/// Below this width the tabs of the pages are a menu.
+const NARROW: f32 = 440.0;
 
 /// Draws the head and the page that is on.
 pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
-    let index = cx.state.screen.center.index();
+    panel(cx, ui, cx.state.screen.center.index());
+}
+
+/// Draws the head and a page of one panel.
+pub fn panel(cx: &mut Cx<'_>, ui: &mut Ui, index: usize) {
     let panel = &PANELS[index];
     let page = cx.state.screen.pages[index].min(panel.pages.len() - 1);
     let t = cx.t;
@@ -23,7 +29,16 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         ui.horizontal_centered(|ui| {
             ui.label(text(panel.page_title, font::semibold(font::BODY), t.ink));
             ui.add_space(6.0);
-            if panel.pages.len() > 1 {
+            if panel.pages.len() > 1 && ui.available_width() < NARROW {
+                let label = format!("{}  {}", panel.pages[page].name, crate::app::style::icon::CARET_DOWN);
+                ui.menu_button(label, |ui| {
+                    for (i, p) in panel.pages.iter().enumerate() {
+                        if toggle(ui, t, i == page, p.name).clicked() {
+                            cx.show(|s| s.pages[index] = i);
+                        }
+                    }
+                });
+            } else if panel.pages.len() > 1 {
                 ui.spacing_mut().item_spacing.x = 1.0;
                 for (i, p) in panel.pages.iter().enumerate() {
                     if toggle(ui, t, i == page, p.name).clicked() {

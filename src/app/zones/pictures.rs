@@ -316,8 +316,7 @@ fn eye(cx: &mut Cx<'_>, ui: &mut Ui, at: Pos2, row: &Row) {
 pub fn thumbnail(cx: &mut Cx<'_>, ui: &Ui, place: Rect, id: FrameId, quiet: bool) {
     let t: &Tokens = cx.t;
     ui.painter().rect_filled(place, 3.0, t.canvas);
-    let seen = cx.state.data.thumbnails.get(&id).and_then(|r| r.as_deref());
-    let Some(texture) = cx.textures.thumbnail(ui, id, seen) else { return };
+    let Some(texture) = cx.textures.thumbnail(ui, id, &cx.state.data) else { return };
     let size = texture.size_vec2();
     // The middle of the picture fills the place.
     let part = vec2(

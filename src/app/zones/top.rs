@@ -6,6 +6,7 @@ use crate::{
     app::{
         action::{Action, Command, demo},
         cx::Cx,
+        lab,
         screen::{Dialog, ExportPart},
         style::{font, icon},
         widgets::{icon_button, named, primary, text},
@@ -261,19 +262,36 @@ fn lens(cx: &mut Cx<'_>, ui: &mut Ui) {
     });
 }
 
+fn view(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let dark = ui.visuals().dark_mode;
+    if ui.button(if dark { "Light theme" } else { "Dark theme" }).clicked() {
+        ui.set_theme(if dark { egui::Theme::Light } else { egui::Theme::Dark });
+    }
+    egui::gui_zoom::zoom_menu_buttons(ui);
+    ui.separator();
+    let unlocked = cx.state.screen.unlocked;
+    let says = "Panels can be dragged by their tabs and resized";
+    if ui.button(if unlocked { "Lock layout" } else { "Unlock layout" }).on_hover_text(says).clicked() {
+        cx.show(|s| s.unlocked = !unlocked);
+    }
+    if unlocked && ui.button("Panels back to their places").clicked() {
+        cx.ask(Command::ResetLayout);
+    }
+}
+
 fn menu(cx: &mut Cx<'_>, ui: &mut Ui) {
     let response = icon_button(ui, cx.t, icon::LIST, "Menu", true);
     Popup::menu(&response).show(|ui| {
         ui.set_min_width(190.0);
-        let dark = ui.visuals().dark_mode;
-        if ui.button(if dark { "Light theme" } else { "Dark theme" }).clicked() {
-            ui.set_theme(if dark { egui::Theme::Light } else { egui::Theme::Dark });
-        }
-        egui::gui_zoom::zoom_menu_buttons(ui);
+        ui.menu_button("View", |ui| view(cx, ui));
         ui.separator();
         if ui.button("Print a board…").clicked() {
             cx.show(|s| s.dialog = Some(Dialog::Board));
         }
+        if ui.button("Lab").on_hover_text("A scene whose camera is known, and what spoils it").clicked() {
+            cx.show(|s| s.lab = Some(lab::Part::Scene));
+        }
+        ui.separator();
         if ui.add(egui::Button::new("Keyboard shortcuts").shortcut_text("?")).clicked() {
             cx.show(|s| s.dialog = Some(Dialog::Shortcuts));
         }

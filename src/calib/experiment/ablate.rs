@@ -199,24 +199,37 @@ fn map_px(run: &Run) -> Option<f64> {
     Some(f64::sqrt(squares / n))
 }
 
+/// Makes one change under one of the [`CONDITIONS`]; `bench` keeps what several share.
+///
+/// # Errors
+/// Scenes that cannot be drawn; a calibration that is refused is an outcome.
+pub fn effect(
+    condition: usize,
+    ablation: &Ablation,
+    bench: &mut Bench,
+) -> Result<std::result::Result<Numbers, String>> {
+    let (_, degrade) = CONDITIONS[condition];
+    let mut setup = Setup::new(Scene { degrade: degrade(), ..Scene::seed() });
+    (ablation.change)(&mut setup)?;
+    Ok(bench.run(setup).and_then(|run| Numbers::of(&run)).map_err(|e| e.to_string()))
+}
+
 /// Makes every change, under every condition. `step` is called before each and may stop it.
 ///
 /// # Errors
 /// What `step` answers, and scenes that cannot be drawn; a calibration that is refused is an outcome.
 pub fn ablate(step: &mut dyn FnMut(&str) -> Result<()>) -> Result<Vec<Effect>> {
     let mut effects = Vec::new();
-    for (condition, degrade) in CONDITIONS {
+    for condition in 0..CONDITIONS.len() {
         let mut bench = Bench::default();
         for ablation in ABLATIONS {
-            step(&format!("{condition}: {}, {}", ablation.group, ablation.name))?;
-            let mut setup = Setup::new(Scene { degrade: degrade(), ..Scene::seed() });
-            (ablation.change)(&mut setup)?;
-            let outcome = bench.run(setup).and_then(|run| Numbers::of(&run)).map_err(|e| e.to_string());
+            let (name, _) = CONDITIONS[condition];
+            step(&format!("{name}: {}, {}", ablation.group, ablation.name))?;
             effects.push(Effect {
-                condition: (*condition).to_owned(),
+                condition: name.to_owned(),
                 group: ablation.group.to_owned(),
                 name: ablation.name.to_owned(),
-                outcome,
+                outcome: effect(condition, ablation, &mut bench)?,
             });
         }
     }

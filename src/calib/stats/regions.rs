@@ -12,6 +12,11 @@ pub struct Region {
 }
 
 impl Region {
+    /// The name alone: `left quarter`.
+    pub fn place(&self) -> &'static str {
+        ["in the ", "at the "].into_iter().find_map(|p| self.name.strip_prefix(p)).unwrap_or(self.name)
+    }
+
     /// Whether it is a quarter of the picture.
     pub fn is_quarter(&self) -> bool {
         let [x0, y0, x1, y1] = self.share;

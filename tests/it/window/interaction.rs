@@ -2,7 +2,11 @@
 
 use egui::{Key, Modifiers, Theme};
 use egui_kittest::kittest::Queryable as _;
-use straightedge::{app::action::Action, app::panels::Tile, calib::camera::Model};
+use straightedge::{
+    app::action::Action,
+    app::panels::Tile,
+    calib::{camera::Model, synth::Method},
+};
 
 use super::{click, demonstrated, drop_on, is_on, key, opened, pictures, says, settle, until, window};
 
@@ -245,4 +249,42 @@ fn every_export_reads_back() {
     window.key_press(Key::Escape);
     window.run_ok();
     assert!(window.state().state.screen.dialog.is_none());
+}
+
+#[test]
+fn the_lab_shows_where_half_a_pixel_comes_from() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    let exact = window.state().state.data.answer.clone().unwrap();
+    click(&mut window, "Menu");
+    click(&mut window, "Lab");
+    click(&mut window, "Crude, cut");
+    settle(&mut window);
+    let rms = window.state().state.data.solved().unwrap().1.rms_px;
+    assert!((0.3..0.6).contains(&rms), "the document's 0.48 px: {rms}");
+    let corners = window.state().state.data.solved().unwrap().1.truth_corners;
+    assert!(corners.is_some_and(|c| c.rms > 0.3) && says(&window, "px RMS from the truth"), "{corners:?}");
+    // One stroke, one step of undo; the exact answer is the same one again.
+    click(&mut window, "Undo");
+    settle(&mut window);
+    let again = window.state().state.data.answer.clone().unwrap();
+    assert_eq!(exact.solution().unwrap().camera, again.solution().unwrap().camera);
+    assert!(window.state().state.doc.scene().is_some_and(|s| s.method == Method::Exact));
+}
+
+#[test]
+fn a_layout_is_unlocked_and_put_back() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    click(&mut window, "Menu");
+    click(&mut window, "View");
+    click(&mut window, "Unlock layout");
+    assert!(window.state().state.screen.unlocked);
+    // All panels at once; those with room show a page with its tabs.
+    let tabs = ["Picture", "Poses", "Errors", "Coverage", "Before / after"];
+    assert!(tabs.iter().all(|tab| window.query_all_by_label(tab).next().is_some()));
+    assert!(says(&window, "Reprojected") && !says(&window, "Certainty"));
+    click(&mut window, "Menu");
+    click(&mut window, "View");
+    click(&mut window, "Lock layout");
+    assert!(!window.state().state.screen.unlocked);
+    assert!(says(&window, "Coverage, corners per cell"), "the tiles are back");
 }

@@ -1,6 +1,6 @@
 //! Pictures of the window, in both themes: each page of each panel comes from the registry.
 
-use std::sync::Arc;
+use std::{ops::ControlFlow, sync::Arc};
 
 use egui::Theme;
 use egui_kittest::{Harness, image_snapshot_options};
@@ -9,12 +9,16 @@ use straightedge::{
     app::{
         App,
         action::{Action, demo},
+        lab::Part,
         panels::PANELS,
         screen::{Dialog, ExportPart, Screen},
         state::Frame,
     },
-    calib::observation::FrameId,
-    job::Source,
+    calib::{
+        experiment::ablate::{ABLATIONS, CONDITIONS, Numbers},
+        observation::FrameId,
+    },
+    job::{Job, Key, Output, Request, Source, run},
 };
 
 use super::{alike, demonstrated, picture, settle, window};
@@ -159,4 +163,47 @@ fn large_window() {
     let mut window = demonstrated([1920.0, 1080.0], Theme::Dark);
     window.state_mut().state.data.took_ms = None;
     picture(&mut window, "large_dark");
+}
+
+#[test]
+fn at_twice_the_size() {
+    let mut window = demonstrated([1920.0, 1080.0], Theme::Light);
+    window.ctx.set_zoom_factor(2.0);
+    window.state_mut().state.data.took_ms = None;
+    picture(&mut window, "zoom_200_light");
+}
+
+#[test]
+fn in_four_thousand_pixels() {
+    let mut window = demonstrated([3840.0, 2160.0], Theme::Dark);
+    window.state_mut().state.data.took_ms = None;
+    picture(&mut window, "uhd_dark");
+}
+
+#[test]
+fn the_lab() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    // One change is measured here; for the picture its numbers stand for all.
+    let one = run(Request { key: Key(0), job: Job::Ablate(0) }, &mut |_| ControlFlow::Continue(()));
+    let Ok(Output::Effect(Ok(one))) = one.unwrap().result else { panic!("no effect") };
+    let all = (ABLATIONS.len() * CONDITIONS.len()) as u32;
+    let effects = &mut window.state_mut().state.data.effects;
+    effects
+        .extend((0..all).map(|n| (n, Ok(Numbers { map_px: Some(0.01 * f64::from(n + 1)), ..*one.clone() }))));
+    effects.insert(3, Err("refused".to_owned()));
+    for (part, name) in [
+        (Part::Scene, "lab_scene_dark"),
+        (Part::Ablation, "lab_ablation_dark"),
+        (Part::Starts, "lab_starts_dark"),
+    ] {
+        show(&mut window, Screen { lab: Some(part), ..Screen::default() });
+        picture(&mut window, name);
+    }
+}
+
+#[test]
+fn an_unlocked_layout() {
+    let mut window = demonstrated(SIZE, Theme::Light);
+    show(&mut window, Screen { unlocked: true, ..Screen::default() });
+    picture(&mut window, "unlocked_light");
 }

@@ -11,11 +11,13 @@ use crate::app::{
     widgets::{WHOLE, certainty, color_bar, empty, fit_top_left, named, text},
 };
 
-/// Ends of the scale, px.
-const SCALE: [f64; 2] = [0.01, 10.0];
+/// Upper end of the scale, px.
+const TOP_PX: f64 = 10.0;
 
-fn share(px: f64) -> f64 {
-    (px.max(1e-9) / SCALE[0]).log10() / (SCALE[1] / SCALE[0]).log10()
+/// Lower end of the scale: 0.01 px, or a decade further down where everything is surer, px.
+fn bottom_px(grid: &Grid) -> f64 {
+    let least = grid.values.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+    [0.01, 0.001].into_iter().find(|bottom| least >= *bottom).unwrap_or(0.0001)
 }
 
 /// The map with contours, corners and the two figures.
@@ -30,20 +32,15 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let room = Rect::from_min_max(all.min, pos2(all.right() - side - 62.0, all.bottom() - 26.0));
     let rect = fit_top_left(room, vec2(w, h));
     ui.painter().rect_filled(rect, 2.0, t.canvas);
+    let bottom = bottom_px(&grid);
+    let share = |px: f64| (px.max(1e-9) / bottom).log10() / (TOP_PX / bottom).log10();
     let color = |px: f64| from_map(colorous::VIRIDIS, share(px));
     let texture = cx.textures.map(ui, "certainty", answer.key.0 as u64, || grid.image(160, color));
     ui.painter().image(texture.id(), rect, WHOLE, Color32::WHITE);
     let place = Place::covering(rect, solution.camera.size_px);
-    for frame in answer.report().included() {
-        for corner in &frame.corners {
-            ui.painter().circle_filled(
-                place.point([corner.px.x, corner.px.y]),
-                1.0,
-                Color32::from_white_alpha(150),
-            );
-        }
-    }
-    let levels = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0].map(|l| (l, format!("{l}")));
+    maps::dots(ui.painter(), &place, &answer.report().corners_px(), 1.0, Color32::from_white_alpha(150));
+    let levels = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0]
+        .map(|l| (l, format!("{l}")));
     maps::contours(ui, rect, &grid, &levels);
     let response = ui.interact(rect, ui.scope_id().with("certainty"), Sense::hover());
     let u = &solution.uncertainty;
@@ -63,8 +60,9 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     }
     let bar =
         Rect::from_min_size(pos2(rect.right() + 8.0, rect.top() + 6.0), vec2(8.0, rect.height() - 12.0));
-    let labels = [0.01, 0.1, 1.0, 10.0]
-        .map(|l| (share(l) as f32, if l == 10.0 { "10 px".to_owned() } else { format!("{l}") }));
+    let decades = [0.0001, 0.001, 0.01, 0.1, 1.0, 10.0].into_iter().filter(|l| *l >= bottom);
+    let label = |l: f64| (share(l) as f32, if l == TOP_PX { "10 px".to_owned() } else { format!("{l}") });
+    let labels: Vec<_> = decades.map(label).collect();
     color_bar(ui, t, bar, &labels, |s| from_map(colorous::VIRIDIS, s));
     let mut below = crate::app::panels::part(
         ui,

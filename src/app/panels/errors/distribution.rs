@@ -108,7 +108,8 @@ pub(super) fn plot(cx: &mut Cx<'_>, ui: &mut Ui, id: &str, large: bool) {
     let t = cx.t;
     let (Some(counts), Some((_, solution))) = (data(cx.state), cx.state.data.solved()) else { return };
     let most = counts.bars.iter().copied().max().unwrap_or(1).max(1) as f64;
-    let x = Axis::new(0.0, counts.top_px, if large { 5 } else { 3 }, "px");
+    let ticks = if large { 5 } else { 3 }.min((ui.available_width() / 45.0) as usize).max(1);
+    let x = Axis::new(0.0, counts.top_px, ticks, "px");
     // Bars fill four fifths of the height, the share all of it.
     let y = Axis::bare(0.0, 1.04);
     let mut rect = ui.available_rect_before_wrap();

@@ -6,7 +6,7 @@ use super::NOTHING;
 use crate::app::{
     cx::Cx,
     picture_view::Place,
-    plan::look_key,
+    plan::Kind,
     style::CASING,
     widgets::{WHOLE, empty, named, plate},
 };
@@ -19,8 +19,9 @@ fn textures(cx: &mut Cx<'_>, ui: &Ui) -> [Option<egui::TextureId>; 2] {
         let raster = shown.raster.as_ref().ok()?;
         Some(cx.textures.large(ui, name, shown.key, raster).id())
     };
-    let current = state.selected().map(look_key);
-    let look = state.data.look.as_ref().filter(|l| Some(l.key) == current || state.data.straight.is_some());
+    let current = state.selected().map(Kind::Look);
+    let look =
+        state.data.look.as_ref().filter(|l| Kind::of(l.key) == current || state.data.straight.is_some());
     [load(look, "look"), load(state.data.straight.as_ref(), "straight")]
 }
 

@@ -159,7 +159,7 @@ fn moved(cx: &mut Cx<'_>, ui: &Ui, response: &egui::Response, place: &Place, fit
     if let Some(at) = response.hover_pos() {
         let factor = ui.input(|i| f64::from(i.zoom_delta() * (i.smooth_scroll_delta().y * 0.005).exp()));
         if (factor - 1.0).abs() > 1e-6 {
-            zoom = (zoom * factor).clamp(fitted.zoom * 0.5, 64.0);
+            zoom = (zoom * factor).min(64.0).max(fitted.zoom * 0.5);
             let under = place.pixel(at);
             let from = [f64::from(at.x - room.center().x), f64::from(at.y - room.center().y)];
             center = [under[0] - from[0] / zoom, under[1] - from[1] / zoom];
