@@ -1,6 +1,7 @@
 //! Export: the camera for the tool that is used, straightened pictures and figures, the report.
 
 mod figures;
+mod png;
 mod snippet;
 
 use std::sync::Arc;
@@ -24,7 +25,7 @@ use crate::{
     },
     job::Key,
 };
-use figures::{FIGURES, Figure};
+use figures::{FIGURES, Figure, Kind};
 
 /// Height of the part below the head.
 const BODY: f32 = 380.0;
@@ -192,21 +193,35 @@ fn pictures(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer) {
     }
     ui.add_space(16.0);
     ui.label(text("Figures", font::semibold(font::BODY), t.ink));
-    ui.label(body("As SVG, for a paper or a report."));
+    let id = egui::Id::unique("kind of figures");
+    let mut kind = ui.data(|d| d.get_temp::<Kind>(id)).unwrap_or_default();
+    ui.horizontal(|ui| {
+        ui.label(body("For a paper or a report, as"));
+        let on = usize::from(kind == Kind::Png);
+        if let Some(chosen) = segmented(ui, t, &["SVG", "PNG"], on) {
+            kind = if chosen == 1 { Kind::Png } else { Kind::Svg };
+            ui.data_mut(|d| d.insert_temp(id, kind));
+        }
+    });
     ui.add_space(4.0);
     let Some(solution) = answer.solution() else { return };
-    let file = |figure: &Figure| figure.file(answer.report(), solution);
+    let file = |figure: &Figure| figure.file(answer.report(), solution, kind);
     ui.horizontal_wrapped(|ui| {
         for figure in FIGURES {
             if button(ui, t, "", &format!("{}…", figure.name), 24.0).clicked() {
-                let (name, bytes) = file(figure);
-                cx.ask(Command::Save { name, bytes });
+                match file(figure) {
+                    Ok((name, bytes)) => cx.ask(Command::Save { name, bytes }),
+                    Err(error) => cx.push(super::files::tell_bad(error.to_string())),
+                }
             }
         }
     });
     ui.add_space(4.0);
     if button(ui, t, icon::SAVE, "Save all figures…", 26.0).clicked() {
-        cx.ask(Command::SaveAll(FIGURES.iter().map(file).collect()));
+        match FIGURES.iter().map(file).collect() {
+            Ok(files) => cx.ask(Command::SaveAll(files)),
+            Err(error) => cx.push(super::files::tell_bad(error.to_string())),
+        }
     }
 }
 

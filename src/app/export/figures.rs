@@ -1,6 +1,10 @@
 //! Figures of the report as files.
 
+use std::sync::Arc;
+
+use super::png::png;
 use crate::calib::{
+    Result,
     figure::{Panel, THRESHOLD_PX, coverage_density, coverage_points, cumulative, error_bars, histogram},
     report::{Report, Solution},
 };
@@ -33,10 +37,58 @@ pub(super) const FIGURES: &[Figure] = &[
     },
 ];
 
+/// How a figure is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Lines that stay sharp.
+    #[default]
+    Svg,
+    /// Pixels.
+    Png,
+}
+
 impl Figure {
-    /// Its file: name and SVG.
-    pub(super) fn file(&self, report: &Report, solution: &Solution) -> (String, std::sync::Arc<Vec<u8>>) {
+    /// Its file: name and content.
+    ///
+    /// # Errors
+    /// As [`png`].
+    pub(super) fn file(
+        &self,
+        report: &Report,
+        solution: &Solution,
+        kind: Kind,
+    ) -> Result<(String, Arc<Vec<u8>>)> {
         let svg = (self.draw)(report, solution).svg();
-        (format!("{}.svg", self.name.replace(' ', "_")), std::sync::Arc::new(svg.into_bytes()))
+        let (bytes, extension) = match kind {
+            Kind::Svg => (svg.into_bytes(), "svg"),
+            Kind::Png => (png(&svg)?, "png"),
+        };
+        Ok((format!("{}.{extension}", self.name.replace(' ', "_")), Arc::new(bytes)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calib::figure::Bar;
+
+    #[test]
+    fn a_figure_has_its_words_as_pixels() {
+        let bar = |mean_px| Bar { name: "1".to_owned(), mean_px, max_px: 2.0 * mean_px };
+        let svg = error_bars(&[bar(0.2), bar(0.3)], 0.3, THRESHOLD_PX).svg();
+        let read = |svg: &str| image::load_from_memory(&png(svg).unwrap()).unwrap().into_luma8();
+        let with = read(&svg);
+        let dark = |picture: &image::GrayImage| picture.pixels().filter(|p| p.0[0] < 128).count();
+        // The same without its text has far less ink.
+        let mut without = String::new();
+        let mut rest = svg.as_str();
+        while let Some((before, after)) = rest.split_once("<text") {
+            without += before;
+            rest = after.split_once("</text>").unwrap().1;
+        }
+        let without = read(&(without + rest));
+        assert_eq!(with.dimensions(), without.dimensions());
+        assert!(dark(&with) > dark(&without) + 1000, "{} {}", dark(&with), dark(&without));
+        assert!(png("<svg").is_err());
     }
 }

@@ -155,7 +155,8 @@ fn picture(cx: &mut Cx<'_>, ui: &Ui, id: FrameId, place: &Place, clip: egui::Rec
         && (straight || shown.is_some_and(|s| plan::Kind::of(s.key) == Some(plan::Kind::Look(id))));
     if let (true, Some(Ok(raster))) = (is_this, shown.map(|s| s.raster.as_ref())) {
         let key = shown.map_or(crate::job::Key(0), |s| s.key);
-        let texture = cx.textures.large(ui, name, key, raster);
+        let zoom = place.zoom * f64::from(ui.pixels_per_point());
+        let texture = cx.textures.large(ui, name, key, raster, zoom);
         painter.image(texture.id(), place.rect, WHOLE, egui::Color32::WHITE);
         return true;
     }

@@ -1,6 +1,8 @@
 //! The stages in words, with live counts; what passed between them is one click away.
 
-use egui::{Color32, Rect, Sense, Stroke, Ui, pos2, vec2};
+mod passed;
+
+use egui::{Color32, Popup, Rect, Sense, Stroke, Ui, pos2, vec2};
 
 use crate::{
     app::{
@@ -13,6 +15,7 @@ use crate::{
     },
     calib::{diagnose::Level, number::counted},
 };
+use passed::PASSED;
 
 /// A stage of the work.
 struct Stage {
@@ -25,6 +28,8 @@ struct Stage {
     /// What a click shows.
     tile: Tile,
     sheet: bool,
+    /// What passes to the next stage, in lines.
+    passed: fn(&State) -> Option<Vec<String>>,
 }
 
 /// Draws the strip.
@@ -93,6 +98,12 @@ fn one(cx: &mut Cx<'_>, ui: &mut Ui, stage: &Stage) {
             s.pages[stage.tile.index()] = 0;
         });
     }
+    Popup::from_toggle_button_response(&response).width(280.0).show(|ui| {
+        ui.label(text(format!("{} hands on", stage.name), font::semibold(font::SMALL), t.ink));
+        for line in (stage.passed)(cx.state).unwrap_or_else(|| vec!["nothing yet".to_owned()]) {
+            ui.label(text(line, font::regular(font::SMALL), t.text2));
+        }
+    });
 }
 
 fn stages(state: &State) -> Vec<Stage> {
@@ -101,8 +112,10 @@ fn stages(state: &State) -> Vec<Stage> {
     let running = read < all && !state.data.stopped;
     let answer = state.data.answer.as_deref();
     let report = answer.map(|a| a.report());
-    let stage =
-        |name, detail: String, ended, tile, sheet| Stage { name, detail, ended, share: None, tile, sheet };
+    let stage = |name, detail: String, ended, tile, sheet| {
+        let passed = PASSED.iter().find(|p| p.0 == name).map_or(passed::NOTHING, |p| p.1);
+        Stage { name, detail, ended, share: None, tile, sheet, passed }
+    };
     let found = report.map(|r| r.frames.iter().filter(|f| f.found).count());
     let corners: usize = report.iter().flat_map(|r| r.included()).map(|f| f.corners.len()).sum();
     let possible = report.and_then(|r| Some(r.settings.board?.len() * found?)).unwrap_or(0);

@@ -9,7 +9,7 @@ use crate::{
         action::Command,
         cx::Cx,
         plots::{self, Axis},
-        state::State,
+        state::{Answer, State},
         style::{font, icon},
         widgets::{empty, icon_button, named, text},
     },
@@ -34,8 +34,11 @@ pub(super) struct Counts {
 
 /// Counts errors; none without a camera.
 pub(super) fn data(state: &State) -> Option<Counts> {
-    let (answer, solution) = state.data.solved()?;
-    Some(count(answer.report().included().flat_map(|f| f.errors_px()), solution.stats))
+    of(state.data.answer.as_deref()?)
+}
+
+fn of(answer: &Answer) -> Option<Counts> {
+    Some(count(answer.report().included().flat_map(|f| f.errors_px()), answer.solution()?.stats))
 }
 
 fn count(errors: impl Iterator<Item = f64>, stats: ErrorStats) -> Counts {
@@ -118,18 +121,26 @@ pub(super) fn plot(cx: &mut Cx<'_>, ui: &mut Ui, id: &str, large: bool) {
     }
     let mut child = crate::app::panels::part(ui, id, rect);
     let step = counts.top_px / BINS as f64;
-    let fine = step / FINE as f64;
+    let before = cx.state.data.ghost.as_deref().and_then(of);
+    let top_px = counts.top_px;
     let shown = plots::plot(id, t, &x, &y, false).show(&mut child, |p| {
         let bars = counts.bars.iter().enumerate().map(|(k, n)| {
             let middle = (k as f64 + 0.5) * step;
             Bar::new(middle, 0.8 * *n as f64 / most).width(step * 0.92).fill(t.bar).stroke(Stroke::NONE)
         });
         p.bar_chart(BarChart::new("corners", bars.collect()).allow_hover(false));
-        let start = std::iter::once([0.0, 0.0]);
-        let curve = start.chain(counts.share.iter().enumerate().map(|(k, s)| [(k + 1) as f64 * fine, *s]));
-        p.line(
-            Line::new("share", PlotPoints::new(curve.collect())).color(t.ink).width(1.5).allow_hover(false),
-        );
+        let curve = |counts: &Counts| {
+            let fine = counts.top_px / counts.share.len() as f64;
+            let steps = counts.share.iter().enumerate().map(|(k, s)| [(k + 1) as f64 * fine, *s]);
+            let within = steps.filter(|p| p[0] <= top_px);
+            PlotPoints::new(std::iter::once([0.0, 0.0]).chain(within).collect())
+        };
+        // The curve before the last edit stays as a ghost.
+        if let Some(before) = &before {
+            let line = Line::new("share before", curve(before)).color(t.ink.gamma_multiply(0.35));
+            p.line(line.width(1.5).allow_hover(false));
+        }
+        p.line(Line::new("share", curve(&counts)).color(t.ink).width(1.5).allow_hover(false));
     });
     plots::units(ui, t, &shown, &x, &y);
     if large {

@@ -12,12 +12,12 @@ use crate::app::{
 };
 
 /// Both pictures on the graphics card: before, after.
-fn textures(cx: &mut Cx<'_>, ui: &Ui) -> [Option<egui::TextureId>; 2] {
+fn textures(cx: &mut Cx<'_>, ui: &Ui, zoom: f64) -> [Option<egui::TextureId>; 2] {
     let state = cx.state;
     let mut load = |shown: Option<&crate::app::state::Shown>, name: &'static str| {
         let shown = shown?;
         let raster = shown.raster.as_ref().ok()?;
-        Some(cx.textures.large(ui, name, shown.key, raster).id())
+        Some(cx.textures.large(ui, name, shown.key, raster, zoom * f64::from(ui.pixels_per_point())).id())
     };
     let current = state.selected().map(Kind::Look);
     let look =
@@ -35,7 +35,7 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui, inside: Rect, salt: &str) -> Op
         rect = rect.translate(inside.min - rect.min);
     }
     let place = Place { rect, ..place };
-    let [before, after] = textures(cx, ui);
+    let [before, after] = textures(cx, ui, place.zoom);
     ui.painter().rect_filled(rect, 2.0, cx.t.canvas);
     let Some(after) = after else {
         let why =
@@ -95,7 +95,7 @@ pub(super) fn beside(cx: &mut Cx<'_>, ui: &mut Ui) {
     let all = ui.available_rect_before_wrap();
     let middle = all.center().x;
     let both = [all.with_max_x(middle - 6.0), all.with_min_x(middle + 6.0)];
-    let textures = textures(cx, ui);
+    let textures = textures(cx, ui, Place::fitted(size_px, both[0]).zoom);
     for ((half, texture), name) in both.into_iter().zip(textures).zip(["before", "after"]) {
         let place = Place::fitted(size_px, half);
         ui.painter().rect_filled(place.rect, 2.0, t.canvas);

@@ -9,9 +9,10 @@ use crate::{
     app::{
         cx::Cx,
         picture_view::{Mark, Place, marks},
+        plan::Kind,
         screen::View,
         style::{CASING, DETECTED, ON_PLATE, PROJECTED, RESIDUAL, font},
-        widgets::{button, empty, minus, named, plate, text},
+        widgets::{WHOLE, button, empty, minus, named, plate, text},
     },
     calib::{
         observation::{Corner, FrameId},
@@ -213,7 +214,7 @@ fn loupe(
     let size_px = size_of(cx.state, id).unwrap_or([1, 1]);
     let near = Place::around(size_px, rect, zoom, [corner.px.x, corner.px.y]);
     ui.painter().rect_filled(rect, 3.0, t.canvas);
-    picture(cx, ui, id, &near, rect, false);
+    pixels(cx, ui, id, &near, rect);
     let projected = frame.residuals_px.get(i).map(|r| near.point([corner.px.x - r[0], corner.px.y - r[1]]));
     let mark = Mark { detected: near.point([corner.px.x, corner.px.y]), projected };
     marks(&ui.painter_at(rect), &[mark], true, true, 1.8);
@@ -221,6 +222,27 @@ fn loupe(
     let below = Rect::from_min_size(rect.left_bottom() + vec2(0.0, 8.0), vec2(LOUPE, 130.0));
     let mut ui = ui.new_child(egui::UiBuilder::new().id_salt("loupe").max_rect(below));
     values(cx, &mut ui, id, frame, corner, frame.residuals_px.get(i).copied());
+}
+
+/// The pixels under the loupe alone: the picture itself may be shown with fewer.
+fn pixels(cx: &mut Cx<'_>, ui: &Ui, id: FrameId, near: &Place, rect: Rect) {
+    let look = cx.state.data.look.as_ref().filter(|l| Kind::of(l.key) == Some(Kind::Look(id)));
+    let Some((key, Ok(raster))) = look.map(|l| (l.key, l.raster.clone())) else {
+        picture(cx, ui, id, near, rect, false);
+        return;
+    };
+    let [from, to] = [near.pixel(rect.min), near.pixel(rect.max)];
+    let span = |axis: usize| {
+        let n = raster.size_px[axis];
+        let first = (from[axis].floor().max(0.0) as usize).min(n.saturating_sub(1));
+        let last = (to[axis].ceil().max(0.0) as usize).min(n.saturating_sub(1));
+        [first, last + 1 - first.min(last)]
+    };
+    let [[x, w], [y, h]] = [span(0), span(1)];
+    let texture = cx.textures.part(ui, "loupe", key, &raster, [[x, y], [w, h]]);
+    let corner = |x: usize, y: usize| near.point([x as f64 - 0.5, y as f64 - 0.5]);
+    let place = Rect::from_min_max(corner(x, y), corner(x + w, y + h));
+    ui.painter_at(rect).image(texture.id(), place, WHOLE, Color32::WHITE);
 }
 
 fn values(
