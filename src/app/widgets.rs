@@ -96,6 +96,16 @@ pub fn named(response: &Response, role: egui::Role, enabled: bool, name: &str) {
     response.widget_info(|| egui::WidgetInfo::labeled(role, enabled, name));
 }
 
+/// Whether a change of a slider is a step of undo: the first one of a drag, and every one that is no drag. To be asked in every
+/// frame, because a drag begins before anything changes.
+pub fn begins(ui: &Ui, response: &Response) -> bool {
+    let id = response.id.with("drag begins");
+    if response.drag_started() {
+        ui.data_mut(|d| d.insert_temp(id, true));
+    }
+    response.changed() && (!response.dragged() || ui.data_mut(|d| d.remove_temp::<bool>(id)).is_some())
+}
+
 /// Text in one style.
 pub fn text(content: impl Into<String>, font: egui::FontId, color: Color32) -> RichText {
     RichText::new(content).font(font).color(color)

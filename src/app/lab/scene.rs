@@ -2,7 +2,7 @@
 
 use std::{ops::RangeInclusive, sync::Arc};
 
-use egui::{Slider, Ui};
+use egui::{Response, Slider, Ui};
 
 use crate::{
     app::{
@@ -11,7 +11,7 @@ use crate::{
         files::tell_bad,
         state::{Document, Frame},
         style::font,
-        widgets::{minus, primary, text},
+        widgets::{begins, minus, primary, text},
     },
     calib::{
         number::significant,
@@ -130,12 +130,17 @@ impl Edit {
             });
             let response = ui.add(Slider::new(&mut value, range).max_decimals(4)).labelled_by(label.inner.id);
             ui.label(egui::RichText::new(unit).weak());
-            if response.changed() {
+            if self.moved(ui, &response) {
                 *of(&mut self.scene) = value;
-                self.changed = true;
-                self.begins |= response.drag_started() || !response.dragged();
             }
         });
+    }
+
+    /// Whether a slider was moved.
+    fn moved(&mut self, ui: &Ui, response: &Response) -> bool {
+        self.begins |= begins(ui, response);
+        self.changed |= response.changed();
+        response.changed()
     }
 
     /// The pictures of the scene take the place of those before; each keeps its number.
@@ -212,10 +217,8 @@ fn jpeg(ui: &mut Ui, edit: &mut Edit) {
         let response = ui.add_enabled(on, Slider::new(&mut quality, 5..=100));
         super::super::widgets::named(&response, egui::Role::Slider, on, "JPEG quality");
         ui.label(egui::RichText::new("quality").weak());
-        if response.changed() {
+        if edit.moved(ui, &response) {
             edit.scene.degrade.jpeg = Some(quality);
-            edit.changed = true;
-            edit.begins |= response.drag_started() || !response.dragged();
         }
     });
 }

@@ -12,7 +12,7 @@ use crate::app::{
     cx::Cx,
     state::State,
     style::{font, icon},
-    widgets::{caption, empty, text},
+    widgets::{begins, caption, empty, text},
 };
 
 /// Registered.
@@ -81,8 +81,8 @@ fn alpha(cx: &mut Cx<'_>, ui: &mut Ui) {
         let slider = egui::Slider::new(&mut value, 0.0..=1.0).show_value(false).trailing_fill(true);
         let help = "How much of the straightened picture is kept: crop shows only valid pixels, keep all shows every pixel of the photograph";
         let response = ui.add(slider).labelled_by(name.id).on_hover_text(help);
+        let begins = begins(ui, &response);
         if response.changed() {
-            let begins = response.drag_started() || !response.dragged();
             cx.drag(begins, |d| d.alpha = value);
         }
         ui.label(text("keep all", font::regular(font::SMALL), t.text2));

@@ -31,7 +31,9 @@ pub const SHORTCUTS: &[(&str, &str)] = &[
 pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let Some(dialog) = cx.state.screen.dialog.clone() else { return };
     let t = cx.t;
-    let response = egui::Modal::new(egui::Id::unique("dialog")).show(ui.ctx(), |ui| match dialog {
+    let frame = egui::Frame::popup(ui.style()).inner_margin(ui.spacing().window_margin);
+    let modal = egui::Modal::new(egui::Id::unique("dialog")).frame(frame);
+    let response = modal.show(ui.ctx(), |ui| match dialog {
         Dialog::Shortcuts => {
             ui.set_width(360.0);
             ui.label(text("Keyboard", font::semibold(font::LEAD), t.ink));

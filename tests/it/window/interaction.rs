@@ -288,3 +288,31 @@ fn a_layout_is_unlocked_and_put_back() {
     assert!(!window.state().state.screen.unlocked);
     assert!(says(&window, "Coverage, corners per cell"), "the tiles are back");
 }
+
+#[test]
+fn a_slider_of_the_lab_is_one_step_of_undo() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    click(&mut window, "Menu");
+    click(&mut window, "Lab");
+    let slider = window.get_by_role_and_label(egui::accesskit::Role::Slider, "Noise").rect();
+    let from = slider.left_center() + egui::vec2(6.0, 0.0);
+    window.drag_at(from);
+    window.step();
+    for right in [0.0, 15.0, 30.0, 40.0] {
+        window.hover_at(from + egui::vec2(right, 0.0));
+        window.step();
+    }
+    window.drop_at(from + egui::vec2(40.0, 0.0));
+    settle(&mut window);
+    let noise = |window: &egui_kittest::Harness<'_, straightedge::app::App>| {
+        window.state().state.doc.scene().unwrap().degrade.noise
+    };
+    assert!(noise(&window) > 5.0, "{}", noise(&window));
+    assert_eq!(window.state().state.past.len(), 1, "one drag is one step");
+    let noisy = window.state().state.data.solved().unwrap().1.rms_px;
+    assert!(noisy > 0.008, "{noisy}");
+    click(&mut window, "Undo");
+    settle(&mut window);
+    assert_eq!(noise(&window), 0.0);
+    assert!(window.state().state.data.solved().unwrap().1.rms_px < 0.005);
+}

@@ -136,10 +136,15 @@ fn field(facts: &Facts<'_>, most: usize) -> Vec<Placed> {
 pub(super) fn outliers(facts: &Facts<'_>) -> Option<Finding> {
     let n: usize = facts.used.iter().map(|(_, f)| f.outliers.len()).sum();
     let (position, _) = facts.used.iter().max_by_key(|(_, f)| f.outliers.len()).filter(|_| n > 0)?;
-    let title =
-        if n == 1 { "1 corner is an outlier".to_owned() } else { format!("{n} corners are outliers") };
-    let text =
-        "They lie further off than the others let expect; the robust loss gives them next to no weight.";
+    let (title, text) = if n == 1 {
+        let text =
+            "It lies further off than the others let expect; the robust loss gives it next to no weight.";
+        ("1 corner is an outlier".to_owned(), text)
+    } else {
+        let text =
+            "They lie further off than the others let expect; the robust loss gives them next to no weight.";
+        (format!("{n} corners are outliers"), text)
+    };
     Some(finding("outliers", Level::Info, title, text, Show::Picture(*position), None))
 }
 
