@@ -197,14 +197,14 @@ impl App {
                 let folder = paths.iter().any(|p| p.is_dir());
                 self.inbox.list(paths, folder || self.state.doc.frames.is_empty());
             }
-            Command::Save { name, bytes } => self.inbox.save(&name, bytes),
+            Command::Save { name, content } => self.inbox.save(&name, content),
             Command::SaveSession => {
                 let copies = self.home.copies();
                 self.inbox.save_session(Session::of(&self.state), move |path| copies.of(path));
             }
             Command::SaveAll(files) => self.inbox.pick_target(move |folder| {
-                for (name, bytes) in &files {
-                    store::write(&folder.join(name), bytes)?;
+                for (name, content) in &files {
+                    store::write(&folder.join(name), &content.make()?)?;
                 }
                 Ok(format!("{} saved into {}", counted(files.len(), "file"), folder.display()))
             }),
@@ -373,6 +373,10 @@ impl eframe::App for App {
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
         self.layout.unlocked = self.state.screen.unlocked;
         eframe::set_value(storage, LAYOUT, &self.layout);
+    }
+
+    fn auto_save_interval(&self) -> std::time::Duration {
+        std::time::Duration::from_secs(5)
     }
 
     fn on_exit(&mut self) {

@@ -3,6 +3,7 @@
 use std::{path::PathBuf, sync::Arc};
 
 use super::{
+    export::Content,
     plan,
     screen::Screen,
     session::Session,
@@ -60,15 +61,15 @@ pub enum Command {
     PickPictures,
     /// Open what lies at these paths, beside what is open or instead of it.
     OpenPaths(Vec<PathBuf>),
-    /// Ask for a place and write a text.
+    /// Ask for a place and write a file.
     Save {
         /// Proposed name.
         name: String,
         /// What is written.
-        bytes: Arc<Vec<u8>>,
+        content: Content,
     },
     /// Ask for a folder and write files into it: names and contents.
-    SaveAll(Vec<(String, Arc<Vec<u8>>)>),
+    SaveAll(Vec<(String, Content)>),
     /// Ask for a folder and write straightened pictures into it.
     StraightenAll,
     /// Ask for a place and write the session.

@@ -7,6 +7,7 @@ use egui::Ui;
 use super::{
     action::Command,
     cx::Cx,
+    export::Content,
     style::font,
     widgets::{primary, text},
 };
@@ -67,7 +68,7 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         if let Ok((size, pdf)) = made
             && primary(ui, t, super::style::icon::PRINTER, "Save PDF…", 26.0).clicked()
         {
-            cx.ask(Command::Save { name: format!("board_{size}.pdf"), bytes: pdf });
+            cx.ask(Command::Save { name: format!("board_{size}.pdf"), content: Content::Bytes(pdf) });
             ui.close();
         }
         if ui.button("Close").clicked() {

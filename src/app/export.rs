@@ -1,5 +1,6 @@
 //! Export: the camera for the tool that is used, straightened pictures and figures, the report.
 
+mod content;
 mod figures;
 mod png;
 mod snippet;
@@ -20,11 +21,11 @@ use crate::{
     calib::{
         Result,
         format::{self, Evidence, Export, FORMATS},
-        html,
         number::within_px,
     },
     job::Key,
 };
+pub use content::Content;
 use figures::{FIGURES, Figure, Kind};
 
 /// Height of the part below the head.
@@ -160,8 +161,8 @@ fn camera(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer, format: usize) {
                 ui.add_space(4.0);
                 ui.horizontal(|ui| {
                     if primary(ui, t, icon::SAVE, "Save…", 26.0).clicked() {
-                        let bytes = Arc::new(preview.text.clone().into_bytes());
-                        cx.ask(Command::Save { name: preview.name.clone(), bytes });
+                        let content = Content::bytes(preview.text.clone().into_bytes());
+                        cx.ask(Command::Save { name: preview.name.clone(), content });
                     }
                     if button(ui, t, icon::COPY, "Copy", 26.0).clicked() {
                         cx.ask(Command::Copy(preview.text.clone()));
@@ -209,19 +210,14 @@ fn pictures(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer) {
     ui.horizontal_wrapped(|ui| {
         for figure in FIGURES {
             if button(ui, t, "", &format!("{}…", figure.name), 24.0).clicked() {
-                match file(figure) {
-                    Ok((name, bytes)) => cx.ask(Command::Save { name, bytes }),
-                    Err(error) => cx.push(super::files::tell_bad(error.to_string())),
-                }
+                let (name, content) = file(figure);
+                cx.ask(Command::Save { name, content });
             }
         }
     });
     ui.add_space(4.0);
     if button(ui, t, icon::SAVE, "Save all figures…", 26.0).clicked() {
-        match FIGURES.iter().map(file).collect() {
-            Ok(files) => cx.ask(Command::SaveAll(files)),
-            Err(error) => cx.push(super::files::tell_bad(error.to_string())),
-        }
+        cx.ask(Command::SaveAll(FIGURES.iter().map(file).collect()));
     }
 }
 
@@ -232,7 +228,7 @@ fn report(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer) {
     ui.label(text(words, font::regular(font::SMALL), t.text2));
     ui.add_space(6.0);
     if primary(ui, t, icon::SAVE, "Save report…", 26.0).clicked() {
-        let bytes = Arc::new(html::page(answer.report()).into_bytes());
-        cx.ask(Command::Save { name: "report.html".to_owned(), bytes });
+        let content = Content::Page(Arc::new(answer.report().clone()));
+        cx.ask(Command::Save { name: "report.html".to_owned(), content });
     }
 }

@@ -2,11 +2,12 @@
 
 use std::{
     path::{Path, PathBuf},
-    sync::{Arc, mpsc},
+    sync::mpsc,
 };
 
 use super::{
     action::{Action, Command},
+    export::Content,
     session::Session,
     state::Notice,
 };
@@ -93,11 +94,12 @@ impl Inbox {
     }
 
     /// Asks for a place and writes.
-    pub fn save(&self, name: &str, bytes: Arc<Vec<u8>>) {
+    pub fn save(&self, name: &str, content: Content) {
         let task = rfd::AsyncFileDialog::new().set_title("Save").set_file_name(name).save_file();
         self.spawn(move || {
             let file = pollster::block_on(task)?;
-            Some(told(store::write(file.path(), &bytes).map(|()| format!("Saved {}", file.path().display()))))
+            let written = content.make().and_then(|bytes| store::write(file.path(), &bytes));
+            Some(told(written.map(|()| format!("Saved {}", file.path().display()))))
         });
     }
 

@@ -92,12 +92,6 @@ impl Session {
         Ok(session)
     }
 
-    /// Whether a text may be one.
-    pub fn sniff(head: &[u8]) -> bool {
-        let head = &head[..head.len().min(200)];
-        head.windows(FORMAT.len()).any(|w| w == FORMAT.as_bytes())
-    }
-
     /// The document, and what was seen by picture.
     pub fn into_parts(self) -> (Document, BTreeMap<FrameId, Result<Arc<Inspection>>>) {
         (self.document, self.seen.into_iter().map(|(id, i)| (id, Ok(Arc::new(i)))).collect())
@@ -154,7 +148,6 @@ mod tests {
         let mut state = State::default();
         state.apply(Action::Open(demo()));
         let text = Session::of(&state).to_json();
-        assert!(Session::sniff(text.as_bytes()));
         let back = Session::from_json(&text, "a").unwrap();
         assert_eq!(back.document, state.doc);
     }

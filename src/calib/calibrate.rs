@@ -281,7 +281,7 @@ fn warnings(result: &Calibration) -> Vec<Warning> {
         list.push(Warning::new(
             "model_folds",
             format!(
-                "the lens model folds inside the picture ({:.0} % of its border cannot be undistorted): photograph the board in the corners of the picture, or fix k3",
+                "the lens model folds inside the picture ({:.0} % of its border cannot be undistorted): photograph the board in the corners of the picture, or hold k3",
                 100.0 * lost as f64 / 84.0
             ),
         ));

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use super::png::png;
+use super::content::Content;
 use crate::calib::{
-    Result,
     figure::{Panel, THRESHOLD_PX, coverage_density, coverage_points, cumulative, error_bars, histogram},
     report::{Report, Solution},
 };
@@ -49,27 +48,19 @@ pub(super) enum Kind {
 
 impl Figure {
     /// Its file: name and content.
-    ///
-    /// # Errors
-    /// As [`png`].
-    pub(super) fn file(
-        &self,
-        report: &Report,
-        solution: &Solution,
-        kind: Kind,
-    ) -> Result<(String, Arc<Vec<u8>>)> {
+    pub(super) fn file(&self, report: &Report, solution: &Solution, kind: Kind) -> (String, Content) {
         let svg = (self.draw)(report, solution).svg();
-        let (bytes, extension) = match kind {
-            Kind::Svg => (svg.into_bytes(), "svg"),
-            Kind::Png => (png(&svg)?, "png"),
-        };
-        Ok((format!("{}.{extension}", self.name.replace(' ', "_")), Arc::new(bytes)))
+        let name = self.name.replace(' ', "_");
+        match kind {
+            Kind::Svg => (format!("{name}.svg"), Content::bytes(svg.into_bytes())),
+            Kind::Png => (format!("{name}.png"), Content::Png(Arc::new(svg))),
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::png::png, *};
     use crate::calib::figure::Bar;
 
     #[test]

@@ -8,6 +8,7 @@ use crate::{
     app::{
         action::{Action, Command, demo},
         cx::Cx,
+        export::Content,
         files::tell_bad,
         state::{Document, Frame},
         style::font,
@@ -89,8 +90,8 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
             edit.step(|s| *s = Scene::seed());
         }
         if ui.button("Save scene…").clicked() {
-            let bytes = Arc::new(edit.scene.to_json().into_bytes());
-            cx.ask(Command::Save { name: "scene.json".to_owned(), bytes });
+            let content = Content::bytes(edit.scene.to_json().into_bytes());
+            cx.ask(Command::Save { name: "scene.json".to_owned(), content });
         }
     });
     edit.finish(cx);

@@ -100,7 +100,11 @@ fn numbers(cx: &Cx<'_>, ui: &mut Ui, answer: &Answer, solution: &Solution) {
             "The same in the worst of the four corners of the picture",
         ),
         (
-            format!("{:.3}", solution.rms_px),
+            if solution.rms_px < 10.0 {
+                format!("{:.3}", solution.rms_px)
+            } else {
+                format!("{:.1}", solution.rms_px)
+            },
             "px RMS fit",
             t.ink,
             "Root mean square of the distances between detected and projected corners. It says how well the corners fit, not how good the camera is",

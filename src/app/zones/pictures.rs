@@ -257,14 +257,8 @@ fn row(
     let badge_room = if row.badge.is_some() { 74.0 } else { 0.0 };
     let text_clip =
         Rect::from_min_max(pos2(left, rect.top()), pos2(rect.right() - 8.0 - badge_room, rect.bottom()));
-    elided(
-        painter,
-        pos2(left, rect.top() + 13.0),
-        text_clip.width(),
-        &row.name,
-        font::medium(font::BODY),
-        ink,
-    );
+    let name = shortened(painter, &row.name, text_clip.width());
+    painter.text(pos2(left, rect.top() + 13.0), Align2::LEFT_CENTER, name, font::medium(font::BODY), ink);
     if let Some((word, is_warning)) = row.badge {
         let at = pos2(rect.right() - 10.0, rect.top() + 13.0);
         let drawn = painter.text(at, Align2::RIGHT_CENTER, word, font::regular(font::SMALL), t.text2);
@@ -287,6 +281,23 @@ fn row(
         }
     }
     eye(cx, ui, pos2(rect.left() + 15.0, rect.center().y), row);
+}
+
+/// A name, cut in its middle where it is too long: names of pictures differ at their ends.
+fn shortened(painter: &egui::Painter, name: &str, width: f32) -> String {
+    let fits = |s: &str| {
+        painter.layout_no_wrap(s.to_owned(), font::medium(font::BODY), Color32::WHITE).size().x <= width
+    };
+    if fits(name) {
+        return name.to_owned();
+    }
+    let letters: Vec<char> = name.chars().collect();
+    let cut = |kept: usize| -> String {
+        let tail = (kept / 2).min(6);
+        let head = letters[..kept - tail].iter();
+        head.chain(&['…']).chain(&letters[letters.len() - tail..]).collect()
+    };
+    (1..letters.len()).rev().map(cut).find(|s| fits(s)).unwrap_or_default()
 }
 
 /// One line, cut with … where it is too long.

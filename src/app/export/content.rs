@@ -1,0 +1,53 @@
+//! What a file will hold.
+
+use std::{borrow::Cow, sync::Arc};
+
+use super::png::png;
+use crate::calib::{Result, html, report::Report};
+
+/// The content of a file. What takes time to make is made where it is written, off the thread of the window.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Content {
+    /// As it is.
+    Bytes(Arc<Vec<u8>>),
+    /// An SVG, drawn as PNG.
+    Png(Arc<String>),
+    /// The report as a page.
+    Page(Arc<Report>),
+}
+
+impl Content {
+    /// Made already.
+    pub fn bytes(bytes: Vec<u8>) -> Self {
+        Self::Bytes(Arc::new(bytes))
+    }
+
+    /// The bytes of the file.
+    ///
+    /// # Errors
+    /// [`crate::calib::Error::Invalid`] where a figure cannot be drawn.
+    pub fn make(&self) -> Result<Cow<'_, [u8]>> {
+        Ok(match self {
+            Self::Bytes(bytes) => Cow::Borrowed(bytes),
+            Self::Png(svg) => Cow::Owned(png(svg)?),
+            Self::Page(report) => Cow::Owned(html::page(report).into_bytes()),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calib::report::Settings;
+
+    #[test]
+    fn what_is_made_late_is_made() {
+        let report = Report::new(Settings::default(), Vec::new(), Vec::new(), Vec::new());
+        let page = Content::Page(Arc::new(report)).make().unwrap().into_owned();
+        assert!(page.starts_with(b"<!doctype html>"));
+        let svg = r#"<svg xmlns="http://www.w3.org/2000/svg" width="4" height="2"/>"#.to_owned();
+        let picture = image::load_from_memory(&Content::Png(Arc::new(svg)).make().unwrap()).unwrap();
+        assert_eq!([picture.width(), picture.height()], [12, 6]);
+        assert!(Content::Png(Arc::new("<svg".to_owned())).make().is_err());
+    }
+}
