@@ -26,7 +26,7 @@ use crate::calib::{
     camera::Camera,
     detect::{self, Detection},
     experiment::{
-        ablate::{self, ABLATIONS, CONDITIONS, Numbers},
+        ablate::{self, Numbers},
         pipeline::Bench,
     },
     image::{Photo, Samples},
@@ -103,8 +103,7 @@ pub enum Job {
         /// Its longer side, px.
         longest_px: u32,
     },
-    /// Calibrate the built-in scene with one thing changed: the number counts through
-    /// [`ABLATIONS`] for each of the [`CONDITIONS`].
+    /// Calibrate the built-in scene with one thing changed, by its number ([`ablate::trial`]).
     Ablate(u32),
     /// Read a picture and take the lens out of it.
     Straighten {
@@ -208,10 +207,8 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
             Ok(Output::Raster(Raster::thumbnail(&gray, longest_px as usize)))
         }
         Job::Ablate(number) => {
-            let (condition, change) = (number as usize / ABLATIONS.len(), number as usize % ABLATIONS.len());
-            let condition = condition.min(CONDITIONS.len() - 1);
-            let outcome = ablate::effect(condition, &ABLATIONS[change], &mut Bench::default())?;
-            Ok(Output::Effect(outcome.map(Box::new)))
+            let effect = ablate::effect(number as usize, &mut Bench::default())?;
+            Ok(Output::Effect(effect.outcome.map(Box::new)))
         }
         Job::Straighten { source, camera, alpha } => {
             let photo = source.read(Colours::Keep)?.photo;

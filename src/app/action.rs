@@ -10,7 +10,7 @@ use super::{
     state::{Answer, Document, Frame, Notice, Shown, State},
 };
 use crate::{
-    calib::{Error, Result, observation::FrameId, synth::Scene},
+    calib::{Error, Result, synth::Scene},
     job::{Key, Output, Reply, Source},
 };
 
@@ -153,8 +153,7 @@ impl State {
         let mut frames = doc.frames.to_vec();
         for source in sources {
             if !frames.iter().any(|f| f.source == source) {
-                frames.push(Frame { id: FrameId(doc.next_id), source });
-                doc.next_id += 1;
+                frames.push(Frame { id: doc.new_id(), source });
             }
         }
         doc.frames = Arc::new(frames);

@@ -12,14 +12,8 @@ use super::{
 };
 use crate::{
     calib::{
-        calibrate::Options,
-        camera::Model,
-        detect,
-        experiment::ablate::{ABLATIONS, CONDITIONS},
-        observation::FrameId,
-        report::Settings,
-        synth::Scene,
-        target::Unit,
+        calibrate::Options, camera::Model, detect, experiment::ablate::TRIALS, observation::FrameId,
+        report::Settings, synth::Scene, target::Unit,
     },
     job::{
         Job, Key, Request, Source,
@@ -79,8 +73,10 @@ impl Kind {
 }
 
 /// Tells apart what pictures of one number are made from: views by all of their scene.
+///
+/// Kept in the state: it is asked for in every frame, and a scene is hashed as text.
 #[derive(Default)]
-struct Prints {
+pub(super) struct Prints {
     /// The last scene: all views of one share it.
     scene: Option<(Arc<Scene>, u64)>,
 }
@@ -151,12 +147,11 @@ impl State {
                 && !self.data.thumbnails.contains_key(&f.id)
         };
         plan.then.extend(self.doc.frames.iter().filter(bare).map(|frame| Request {
-            key: Kind::Thumbnail(frame.id).key(u128::from(Prints::default().of(&frame.source))),
+            key: Kind::Thumbnail(frame.id).key(u128::from(self.prints.borrow_mut().of(&frame.source))),
             job: Job::Thumbnail { source: frame.source.clone(), longest_px: THUMBNAIL_PX },
         }));
         if self.screen.lab == Some(lab::Part::Ablation) {
-            let all = (ABLATIONS.len() * CONDITIONS.len()) as u32;
-            let missing = (0..all).filter(|n| !self.data.effects.contains_key(n));
+            let missing = (0..TRIALS as u32).filter(|n| !self.data.effects.contains_key(n));
             plan.then.extend(missing.map(|n| Request { key: Kind::Effect(n).key(0), job: Job::Ablate(n) }));
         }
         plan
@@ -223,7 +218,7 @@ impl State {
 impl State {
     /// Each picture with the key of what is seen in it, and whether that is known.
     pub(super) fn inspected(&self) -> Vec<(&Frame, Key, bool)> {
-        let mut prints = Prints::default();
+        let mut prints = self.prints.borrow_mut();
         let frames = self.doc.frames.iter();
         frames
             .map(|frame| {
@@ -237,7 +232,7 @@ impl State {
     /// The key of the selected picture as it is looked at.
     pub fn look_key(&self) -> Option<Key> {
         let frame = self.doc.frame(self.selected()?)?;
-        let print = Prints::default().of(&frame.source);
+        let print = self.prints.borrow_mut().of(&frame.source);
         Some(Kind::Look(frame.id).key(u128::from(print)))
     }
 }

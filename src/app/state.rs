@@ -1,6 +1,7 @@
 //! What the application knows: what the user decided, what was computed from it, what is on the screen.
 
 use std::{
+    cell::RefCell,
     collections::{BTreeMap, BTreeSet},
     path::PathBuf,
     sync::Arc,
@@ -8,7 +9,11 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-use super::{action::Command, plan::Asked, screen::Screen};
+use super::{
+    action::Command,
+    plan::{Asked, Prints},
+    screen::Screen,
+};
 use crate::{
     calib::{
         Error,
@@ -91,6 +96,12 @@ impl Document {
         let Source::View { scene: first, .. } = &self.frames.first()?.source else { return None };
         let same = |f: &Frame| matches!(&f.source, Source::View { scene, .. } if Arc::ptr_eq(scene, first) || scene == first);
         self.frames.iter().all(same).then_some(first)
+    }
+
+    /// A number that no picture has had.
+    pub fn new_id(&mut self) -> FrameId {
+        self.next_id += 1;
+        FrameId(self.next_id - 1)
     }
 
     /// Sets pictures aside.
@@ -260,6 +271,8 @@ pub struct State {
     pub recent: Vec<PathBuf>,
     /// Counts changes; plans are made when it moves.
     pub revision: u64,
+    /// What pictures are made from, as hashes.
+    pub(super) prints: RefCell<Prints>,
     /// Counts changes of what a session holds.
     pub(super) content: u64,
 }

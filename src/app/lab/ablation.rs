@@ -5,7 +5,7 @@ use egui::{Grid, Ui};
 use crate::{
     app::{cx::Cx, style::font, widgets::text},
     calib::{
-        experiment::ablate::{ABLATIONS, CONDITIONS},
+        experiment::ablate::{ABLATIONS, CONDITIONS, TRIALS, trial},
         number::significant,
     },
 };
@@ -13,9 +13,11 @@ use crate::{
 pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
     let effects = &cx.state.data.effects;
-    let all = ABLATIONS.len() * CONDITIONS.len();
-    let words = if effects.len() < all {
-        format!("{} of {all} done. Each calibrates the built-in scene with one thing changed.", effects.len())
+    let words = if effects.len() < TRIALS {
+        format!(
+            "{} of {TRIALS} done. Each calibrates the built-in scene with one thing changed.",
+            effects.len()
+        )
     } else {
         "The built-in scene with one thing changed at a time: how far the map of the camera found lies from the true one."
             .to_owned()
@@ -39,7 +41,7 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
                 }
                 ui.label(text(ablation.name, font::regular(font::SMALL), t.text2));
                 for condition in 0..CONDITIONS.len() {
-                    let cell = match effects.get(&((condition * ABLATIONS.len() + i) as u32)) {
+                    let cell = match effects.get(&(trial(condition, i) as u32)) {
                         None => "…".to_owned(),
                         Some(Err(error)) => {
                             ui.label(text("none", font::regular(font::SMALL), t.text3)).on_hover_text(error);

@@ -161,10 +161,7 @@ fn photograph(doc: &mut Document, scene: Scene) {
     let scene = Arc::new(scene);
     let old: Vec<_> = doc.frames.iter().map(|f| f.id).collect();
     let frames = (0..scene.poses.len()).map(|view| {
-        let id = old.get(view).copied().unwrap_or_else(|| {
-            doc.next_id += 1;
-            crate::calib::observation::FrameId(doc.next_id - 1)
-        });
+        let id = old.get(view).copied().unwrap_or_else(|| doc.new_id());
         Frame { id, source: Source::View { scene: scene.clone(), view } }
     });
     doc.frames = Arc::new(frames.collect());

@@ -5,7 +5,7 @@ use egui::{Ui, vec2};
 use crate::app::{
     cx::Cx,
     panels::{PANELS, Tile},
-    style::font,
+    style::{font, icon},
     widgets::{key_cap, text, toggle},
 };
 
@@ -30,21 +30,11 @@ pub fn panel(cx: &mut Cx<'_>, ui: &mut Ui, index: usize) {
             ui.label(text(panel.page_title, font::semibold(font::BODY), t.ink));
             ui.add_space(6.0);
             if panel.pages.len() > 1 && ui.available_width() < NARROW {
-                let label = format!("{}  {}", panel.pages[page].name, crate::app::style::icon::CARET_DOWN);
-                ui.menu_button(label, |ui| {
-                    for (i, p) in panel.pages.iter().enumerate() {
-                        if toggle(ui, t, i == page, p.name).clicked() {
-                            cx.show(|s| s.pages[index] = i);
-                        }
-                    }
-                });
+                let label = format!("{}  {}", panel.pages[page].name, icon::CARET_DOWN);
+                ui.menu_button(label, |ui| tabs(cx, ui, index, page));
             } else if panel.pages.len() > 1 {
                 ui.spacing_mut().item_spacing.x = 1.0;
-                for (i, p) in panel.pages.iter().enumerate() {
-                    if toggle(ui, t, i == page, p.name).clicked() {
-                        cx.show(|s| s.pages[index] = i);
-                    }
-                }
+                tabs(cx, ui, index, page);
                 ui.spacing_mut().item_spacing.x = 6.0;
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -66,4 +56,13 @@ pub fn panel(cx: &mut Cx<'_>, ui: &mut Ui, index: usize) {
         ui.set_clip_rect(rect);
         (panel.pages[page].show)(cx, &mut ui);
     });
+}
+
+/// A toggle for each page of a panel.
+fn tabs(cx: &mut Cx<'_>, ui: &mut Ui, index: usize, page: usize) {
+    for (i, p) in PANELS[index].pages.iter().enumerate() {
+        if toggle(ui, cx.t, i == page, p.name).clicked() {
+            cx.show(|s| s.pages[index] = i);
+        }
+    }
 }

@@ -255,9 +255,7 @@ fn row(
     let ink = if quiet { t.text2 } else { t.ink };
     let left = rect.left() + 87.0;
     let badge_room = if row.badge.is_some() { 74.0 } else { 0.0 };
-    let text_clip =
-        Rect::from_min_max(pos2(left, rect.top()), pos2(rect.right() - 8.0 - badge_room, rect.bottom()));
-    let name = shortened(painter, &row.name, text_clip.width());
+    let name = shortened(painter, &row.name, rect.right() - 8.0 - badge_room - left);
     painter.text(pos2(left, rect.top() + 13.0), Align2::LEFT_CENTER, name, font::medium(font::BODY), ink);
     if let Some((word, is_warning)) = row.badge {
         let at = pos2(rect.right() - 10.0, rect.top() + 13.0);

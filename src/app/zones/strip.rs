@@ -15,7 +15,6 @@ use crate::{
     },
     calib::{diagnose::Level, number::counted},
 };
-use passed::PASSED;
 
 /// A stage of the work.
 struct Stage {
@@ -112,9 +111,14 @@ fn stages(state: &State) -> Vec<Stage> {
     let running = read < all && !state.data.stopped;
     let answer = state.data.answer.as_deref();
     let report = answer.map(|a| a.report());
-    let stage = |name, detail: String, ended, tile, sheet| {
-        let passed = PASSED.iter().find(|p| p.0 == name).map_or(passed::NOTHING, |p| p.1);
-        Stage { name, detail, ended, share: None, tile, sheet, passed }
+    let stage = |name, detail: String, ended, tile, sheet, passed| Stage {
+        name,
+        detail,
+        ended,
+        share: None,
+        tile,
+        sheet,
+        passed,
     };
     let found = report.map(|r| r.frames.iter().filter(|f| f.found).count());
     let corners: usize = report.iter().flat_map(|r| r.included()).map(|f| f.corners.len()).sum();
@@ -128,6 +132,7 @@ fn stages(state: &State) -> Vec<Stage> {
             (!running).then_some(if unreadable { Level::Warn } else { Level::Good }),
             Tile::Picture,
             true,
+            passed::read,
         ),
         stage(
             "Find",
@@ -135,6 +140,7 @@ fn stages(state: &State) -> Vec<Stage> {
             (!running).then(|| if found == Some(0) { Level::Bad } else { Level::Good }),
             Tile::Picture,
             true,
+            passed::find,
         ),
         stage(
             "Refine",
@@ -142,6 +148,7 @@ fn stages(state: &State) -> Vec<Stage> {
             (corners > 0 && !running).then_some(Level::Good),
             Tile::Picture,
             false,
+            passed::refine,
         ),
     ];
     if running {
@@ -156,6 +163,7 @@ fn stages(state: &State) -> Vec<Stage> {
         solved.map(|_| Level::Good).or(failed.then_some(Level::Bad)),
         Tile::Errors,
         false,
+        passed::solve,
     ));
     let findings = answer.map(|a| a.evidence.findings.as_slice()).unwrap_or_default();
     let worst = findings.iter().map(|f| f.level).max().unwrap_or(Level::Good);
@@ -165,6 +173,7 @@ fn stages(state: &State) -> Vec<Stage> {
         solved.map(|_| worst),
         Tile::Coverage,
         false,
+        passed::check,
     ));
     let straight = state.data.straight.as_ref().is_some_and(|s| s.raster.is_ok());
     list.push(stage(
@@ -173,6 +182,7 @@ fn stages(state: &State) -> Vec<Stage> {
         (straight && solved.is_some()).then_some(Level::Good),
         Tile::Lens,
         false,
+        passed::straighten,
     ));
     list
 }

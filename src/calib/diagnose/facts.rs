@@ -1,14 +1,20 @@
 //! What the verdict and the rules look at, gathered once.
 
+use std::cell::OnceCell;
+
 use nalgebra::Vector2;
 
+use super::bend::{self, Bend};
 use crate::calib::{
     report::{FrameReport, Report, Solution},
-    stats::regions::{self, Region},
+    stats::{
+        regions::{self, Region},
+        spatial::Moran,
+    },
     uncertainty::Uncertainty,
 };
 
-/// Everything that is cheap and asked for more than once.
+/// Everything that is asked for more than once.
 pub(super) struct Facts<'a> {
     pub(super) report: &'a Report,
     pub(super) solution: Option<&'a Solution>,
@@ -16,6 +22,10 @@ pub(super) struct Facts<'a> {
     pub(super) used: Vec<(usize, &'a FrameReport)>,
     /// Parts of the picture without a corner.
     pub(super) empty: Vec<Region>,
+    /// Whether the board was bent, once that was asked.
+    bend: OnceCell<Option<Bend>>,
+    /// What errors of different pictures share, once that was asked.
+    pub(super) between: OnceCell<Option<Moran>>,
 }
 
 impl<'a> Facts<'a> {
@@ -27,7 +37,14 @@ impl<'a> Facts<'a> {
             solution,
             used: report.frames.iter().enumerate().filter(|(_, f)| f.included).collect(),
             empty: solution.map(|s| regions::empty(&points, s.camera.size_px)).unwrap_or_default(),
+            bend: OnceCell::new(),
+            between: OnceCell::new(),
         }
+    }
+
+    /// The bend of the board.
+    pub(super) fn bend(&self) -> Option<&Bend> {
+        self.bend.get_or_init(|| bend::of(self)).as_ref()
     }
 
     /// The strongest tilt of a board.
@@ -35,6 +52,9 @@ impl<'a> Facts<'a> {
         self.used.iter().filter_map(|(_, f)| f.tilt_rad.map(f64::to_degrees)).reduce(f64::max)
     }
 }
+
+/// Strongest tilt below which the focal length rests on perspective that is hardly there.
+pub(super) const FLAT_DEG: f64 = 20.0;
 
 /// Where the projection is a guess; none where it is not.
 pub(super) fn guessed(u: &Uncertainty, limit_px: f64) -> Option<&'static str> {

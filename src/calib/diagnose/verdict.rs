@@ -20,8 +20,6 @@ const MANY_OUTLIERS: f64 = 0.05;
 const NO_CHECK: usize = 3;
 /// Pictures below which next to nothing does.
 const FEW: usize = 5;
-/// Strongest tilt below which the focal length rests on perspective that is hardly there.
-const FLAT_DEG: f64 = 20.0;
 
 /// What was found to object to.
 type Objection = Option<(Level, String)>;
@@ -147,7 +145,7 @@ fn guessed(_: &Facts<'_>, solution: &Solution) -> Objection {
 
 fn facing(facts: &Facts<'_>, _: &Solution) -> Objection {
     let most = facts.most_tilt_deg()?;
-    (most < FLAT_DEG)
+    (most < facts::FLAT_DEG)
         .then(|| (Level::Warn, format!("Use with care: no board was tilted by more than {most:.0}°")))
 }
 

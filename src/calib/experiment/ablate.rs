@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::pipeline::{Bench, Run, Setup};
 use crate::calib::{
-    Result,
+    Error, Result,
     calibrate::{Loss, Precision, Weights},
     detect::{Refinement, gradient::Window},
     stats::{Comparison, ErrorStats},
@@ -199,19 +199,33 @@ fn map_px(run: &Run) -> Option<f64> {
     Some(f64::sqrt(squares / n))
 }
 
-/// Makes one change under one of the [`CONDITIONS`]; `bench` keeps what several share.
+/// All changes under all conditions.
+pub const TRIALS: usize = ABLATIONS.len() * CONDITIONS.len();
+
+/// The number of a change, by its place in [`ABLATIONS`], under a condition, by its place in [`CONDITIONS`]: `0..TRIALS`,
+/// one condition after the other.
+pub const fn trial(condition: usize, change: usize) -> usize {
+    condition * ABLATIONS.len() + change
+}
+
+/// Makes the change with this number ([`trial`]); `bench` keeps what several share.
 ///
 /// # Errors
-/// Scenes that cannot be drawn; a calibration that is refused is an outcome.
-pub fn effect(
-    condition: usize,
-    ablation: &Ablation,
-    bench: &mut Bench,
-) -> Result<std::result::Result<Numbers, String>> {
-    let (_, degrade) = CONDITIONS[condition];
+/// [`Error::Invalid`] where there is no such number, and scenes that cannot be drawn; a calibration that is refused is an outcome.
+pub fn effect(number: usize, bench: &mut Bench) -> Result<Effect> {
+    let [condition, change] = [number / ABLATIONS.len(), number % ABLATIONS.len()];
+    let Some((name, degrade)) = CONDITIONS.get(condition) else {
+        return Err(Error::Invalid(format!("there is no trial {number}: there are {TRIALS}")));
+    };
+    let ablation = &ABLATIONS[change];
     let mut setup = Setup::new(Scene { degrade: degrade(), ..Scene::seed() });
     (ablation.change)(&mut setup)?;
-    Ok(bench.run(setup).and_then(|run| Numbers::of(&run)).map_err(|e| e.to_string()))
+    Ok(Effect {
+        condition: (*name).to_owned(),
+        group: ablation.group.to_owned(),
+        name: ablation.name.to_owned(),
+        outcome: bench.run(setup).and_then(|run| Numbers::of(&run)).map_err(|e| e.to_string()),
+    })
 }
 
 /// Makes every change, under every condition. `step` is called before each and may stop it.
@@ -220,17 +234,11 @@ pub fn effect(
 /// What `step` answers, and scenes that cannot be drawn; a calibration that is refused is an outcome.
 pub fn ablate(step: &mut dyn FnMut(&str) -> Result<()>) -> Result<Vec<Effect>> {
     let mut effects = Vec::new();
-    for condition in 0..CONDITIONS.len() {
+    for (condition, (name, _)) in CONDITIONS.iter().enumerate() {
         let mut bench = Bench::default();
-        for ablation in ABLATIONS {
-            let (name, _) = CONDITIONS[condition];
+        for (change, ablation) in ABLATIONS.iter().enumerate() {
             step(&format!("{name}: {}, {}", ablation.group, ablation.name))?;
-            effects.push(Effect {
-                condition: name.to_owned(),
-                group: ablation.group.to_owned(),
-                name: ablation.name.to_owned(),
-                outcome: effect(condition, ablation, &mut bench)?,
-            });
+            effects.push(effect(trial(condition, change), &mut bench)?);
         }
     }
     Ok(effects)

@@ -15,7 +15,7 @@ use straightedge::{
         state::Frame,
     },
     calib::{
-        experiment::ablate::{ABLATIONS, CONDITIONS, Numbers},
+        experiment::ablate::{Numbers, TRIALS},
         observation::FrameId,
     },
     job::{Job, Key, Output, Request, Source, run},
@@ -186,10 +186,11 @@ fn the_lab() {
     // One change is measured here; for the picture its numbers stand for all.
     let one = run(Request { key: Key(0), job: Job::Ablate(0) }, &mut |_| ControlFlow::Continue(()));
     let Ok(Output::Effect(Ok(one))) = one.unwrap().result else { panic!("no effect") };
-    let all = (ABLATIONS.len() * CONDITIONS.len()) as u32;
     let effects = &mut window.state_mut().state.data.effects;
-    effects
-        .extend((0..all).map(|n| (n, Ok(Numbers { map_px: Some(0.01 * f64::from(n + 1)), ..*one.clone() }))));
+    effects.extend(
+        (0..TRIALS as u32)
+            .map(|n| (n, Ok(Numbers { map_px: Some(0.01 * f64::from(n + 1)), ..*one.clone() }))),
+    );
     effects.insert(3, Err("refused".to_owned()));
     for (part, name) in [
         (Part::Scene, "lab_scene_dark"),

@@ -1,4 +1,4 @@
-//! What each stage hands to the next, in a few lines.
+//! What each stage hands to the next, in a few lines; none where it has made nothing yet.
 
 use crate::{
     app::state::State,
@@ -8,23 +8,7 @@ use crate::{
     },
 };
 
-/// Lines about what a stage made; none where it has made nothing yet.
-type Lines = fn(&State) -> Option<Vec<String>>;
-
-/// A stage that hands on nothing.
-pub(super) const NOTHING: Lines = |_| None;
-
-/// The stages by name.
-pub(super) const PASSED: &[(&str, Lines)] = &[
-    ("Read", read),
-    ("Find", find),
-    ("Refine", refine),
-    ("Solve", solve),
-    ("Check", check),
-    ("Straighten", straighten),
-];
-
-fn read(state: &State) -> Option<Vec<String>> {
+pub(super) fn read(state: &State) -> Option<Vec<String>> {
     let seen: Vec<_> = state.data.inspections.values().filter_map(|i| i.as_ref().ok()).collect();
     let [w, h] = seen.first()?.size_px;
     let others = seen.iter().filter(|i| i.size_px != [w, h]).count();
@@ -37,7 +21,7 @@ fn read(state: &State) -> Option<Vec<String>> {
     Some(lines)
 }
 
-fn find(state: &State) -> Option<Vec<String>> {
+pub(super) fn find(state: &State) -> Option<Vec<String>> {
     let seen: Vec<_> = state.data.inspections.values().filter_map(|i| i.as_ref().ok()).collect();
     let grids: Vec<_> = seen.iter().filter_map(|i| i.detection.grid.as_ref()).collect();
     let corners: usize = grids.iter().map(|g| g.corners.len()).sum();
@@ -50,7 +34,7 @@ fn find(state: &State) -> Option<Vec<String>> {
     })
 }
 
-fn refine(state: &State) -> Option<Vec<String>> {
+pub(super) fn refine(state: &State) -> Option<Vec<String>> {
     let report = state.data.answer.as_deref()?.report();
     let mut sigmas: Vec<f64> = report.included().flat_map(|f| f.corners.iter().map(|c| c.sigma_px)).collect();
     if sigmas.is_empty() {
@@ -69,7 +53,7 @@ fn refine(state: &State) -> Option<Vec<String>> {
     ])
 }
 
-fn solve(state: &State) -> Option<Vec<String>> {
+pub(super) fn solve(state: &State) -> Option<Vec<String>> {
     let (answer, solution) = state.data.solved()?;
     let mut lines = vec![format!(
         "A camera of {} and {}",
@@ -89,7 +73,7 @@ fn solve(state: &State) -> Option<Vec<String>> {
     Some(lines)
 }
 
-fn check(state: &State) -> Option<Vec<String>> {
+pub(super) fn check(state: &State) -> Option<Vec<String>> {
     let (answer, solution) = state.data.solved()?;
     let c = &solution.coverage;
     Some(vec![
@@ -103,7 +87,7 @@ fn check(state: &State) -> Option<Vec<String>> {
     ])
 }
 
-fn straighten(state: &State) -> Option<Vec<String>> {
+pub(super) fn straighten(state: &State) -> Option<Vec<String>> {
     let shown = state.data.straight.as_ref()?;
     let [w, h] = shown.raster.as_ref().ok()?.size_px;
     let mut lines = vec![format!("A picture without the lens, {w} × {h} px, α = {:.2}", state.doc.alpha)];

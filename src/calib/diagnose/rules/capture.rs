@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Facts, Finding, Level, Remedy, Show, finding, sentence};
+use super::{super::facts::FLAT_DEG, Facts, Finding, Level, Remedy, Show, finding, sentence};
 use crate::calib::number::{counted, significant};
 
 pub(super) fn no_camera(facts: &Facts<'_>) -> Option<Finding> {
@@ -28,7 +28,7 @@ pub(super) fn few_views(facts: &Facts<'_>) -> Option<Finding> {
 }
 
 pub(super) fn facing(facts: &Facts<'_>) -> Option<Finding> {
-    let most = facts.most_tilt_deg().filter(|most| *most < 20.0)?;
+    let most = facts.most_tilt_deg().filter(|most| *most < FLAT_DEG)?;
     let text = format!(
         "The strongest tilt is {most:.0}°. Only strong tilt tells focal length from distance: tip the board by 30 to 45°."
     );

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use super::{super::bend, Facts, Finding, Level, Remedy, Show, finding};
+use super::{Facts, Finding, Level, Remedy, Show, finding};
 use crate::calib::{
     number::significant,
     report::FrameReport,
@@ -60,7 +60,7 @@ const TINY_PX: f64 = 0.05;
 const SERIOUS_PX: f64 = 0.3;
 
 pub(super) fn bent_board(facts: &Facts<'_>) -> Option<Finding> {
-    let bend = bend::of(facts).filter(|b| b.explained_px > TINY_PX)?;
+    let bend = facts.bend().filter(|b| b.explained_px > TINY_PX)?;
     let settings = &facts.report.settings;
     let title = "The board was not flat";
     let text = format!(
@@ -77,7 +77,7 @@ pub(super) fn bent_board(facts: &Facts<'_>) -> Option<Finding> {
 const NOTABLE: f64 = 0.2;
 
 pub(super) fn lens_pattern(facts: &Facts<'_>) -> Option<Finding> {
-    let between = pattern(facts, Pairs::BetweenViews).filter(|m| m.index > NOTABLE)?;
+    let between = between(facts).filter(|m| m.index > NOTABLE)?;
     let title = "The lens model does not explain everything";
     let text = format!(
         "Errors of different pictures agree where they meet (correlation {:.2}): the lens bends in a way that this model cannot.",
@@ -89,8 +89,8 @@ pub(super) fn lens_pattern(facts: &Facts<'_>) -> Option<Finding> {
 /// Neighbours that err alike in each picture by itself; what a lens or a bent board explains is said there.
 pub(super) fn picture_pattern(facts: &Facts<'_>) -> Option<Finding> {
     let within = pattern(facts, Pairs::WithinViews).filter(|m| m.index > 2.0 * NOTABLE)?;
-    let lens = pattern(facts, Pairs::BetweenViews).is_some_and(|b| b.index > 0.5 * within.index);
-    if lens || bend::of(facts).is_some() {
+    let lens = between(facts).is_some_and(|b| b.index > 0.5 * within.index);
+    if lens || facts.bend().is_some() {
         return None;
     }
     let title = "Each picture errs in its own way";
@@ -104,6 +104,11 @@ pub(super) fn picture_pattern(facts: &Facts<'_>) -> Option<Finding> {
 fn level(facts: &Facts<'_>) -> Level {
     let rms = facts.solution.map_or(0.0, |s| s.rms_inliers_px);
     if rms > SERIOUS_PX { Level::Warn } else { Level::Info }
+}
+
+/// What errors of different pictures share.
+fn between(facts: &Facts<'_>) -> Option<Moran> {
+    *facts.between.get_or_init(|| pattern(facts, Pairs::BetweenViews))
 }
 
 /// A pattern that is neither chance nor too small to matter.
