@@ -8,6 +8,7 @@
 //! [`State::apply`] is the only place where the state changes, [`State::plan`] the only one that asks for work.
 
 pub mod action;
+pub mod batch;
 pub mod board_dialog;
 pub mod cx;
 pub mod export;
@@ -26,22 +27,26 @@ pub mod session;
 pub mod state;
 pub mod style;
 pub mod textures;
+#[cfg(target_arch = "wasm32")]
+pub mod web;
 pub mod widgets;
 pub mod zones;
 
-use std::{collections::BTreeSet, path::PathBuf, time::Instant};
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
 
 use egui::{Frame, Margin, Panel};
+use web_time::Instant;
 
 use crate::{
-    calib::{
-        number::counted,
-        undistort::{Interpolation, Straightener},
-    },
-    job::{Key, ms_since, store},
-    worker::{self, Event, Pool, straighten},
+    calib::number::counted,
+    job::{Key, Reply, ms_since, photo},
+    worker::{self, Event, Pool},
 };
 use action::{Action, Command};
+use batch::Batch;
 use cx::Cx;
 use files::Inbox;
 use home::Home;
@@ -71,40 +76,52 @@ pub struct App {
     layout: Layout,
     /// When the pictures were opened.
     opened: Option<Instant>,
+    /// Pictures that are being straightened into a folder.
+    batch: Option<Batch>,
 }
 
 impl App {
     /// A window; it opens what lies at `paths`.
     pub fn new(cc: &eframe::CreationContext<'_>, paths: Vec<PathBuf>) -> Self {
-        let mut app = Self::on(&cc.egui_ctx, paths, eframe::storage_dir(ID));
-        if let Some(layout) = cc.storage.and_then(|s| eframe::get_value::<Layout>(s, LAYOUT)) {
-            app.state.screen.unlocked = layout.unlocked;
-            app.layout = layout;
-        }
+        let mut app = Self::on(&cc.egui_ctx, paths, home::place(ID));
+        app.keep_layout(cc);
         app
+    }
+
+    /// Puts the panels where they were in the last run.
+    fn keep_layout(&mut self, cc: &eframe::CreationContext<'_>) {
+        if let Some(layout) =
+            cc.storage.and_then(|s| serde_json::from_str::<Layout>(&s.get_string(LAYOUT)?).ok())
+        {
+            self.state.screen.unlocked = layout.unlocked;
+            self.layout = layout;
+        }
     }
 
     /// The same on a context; `home` is the folder for what is kept between runs, without one nothing is.
     pub fn on(ctx: &egui::Context, paths: Vec<PathBuf>, home: Option<PathBuf>) -> Self {
         style::install(ctx);
         let waker = ctx.clone();
+        #[cfg(not(target_arch = "wasm32"))]
+        let wake = move || waker.request_repaint();
+        #[cfg(target_arch = "wasm32")]
+        let wake = move || web::wake(&waker);
         let mut app = Self {
             state: State::default(),
-            pool: Pool::waking(worker::threads(None), move || waker.request_repaint()),
+            pool: Pool::waking(worker::threads(None), wake),
             textures: Textures::default(),
             inbox: Inbox::new(ctx),
             planned: None,
             home: Home::new(home),
             layout: Layout::default(),
             opened: None,
+            batch: None,
         };
         app.state.recent.clone_from(&app.home.recent);
         if !paths.is_empty() {
             app.act(Action::Do(Command::OpenPaths(paths)));
-        } else if let Some(session) = app.home.left_behind() {
-            app.act(Action::Restore(Box::new(session)));
-            let text = "The last run ended without being closed: this is where it was";
-            app.act(Action::Tell(Notice::good(text)));
+        } else {
+            app.home.bring_back(&app.inbox.post);
         }
         app
     }
@@ -116,12 +133,27 @@ impl App {
         }
         while let Some(event) = self.pool.poll() {
             if let Event::Done(reply) = event {
-                self.act(Action::Finished(reply));
+                self.finished(reply);
             }
         }
         if self.planned != Some(self.state.revision) {
             self.planned = Some(self.state.revision);
             self.plan();
+        }
+    }
+
+    fn finished(&mut self, reply: Box<Reply>) {
+        match self.batch.as_mut().filter(|b| b.has(reply.key)) {
+            Some(batch) => {
+                let told = batch.take(*reply);
+                if batch.is_done() {
+                    self.batch = None;
+                }
+                if let Some(action) = told {
+                    self.act(action);
+                }
+            }
+            None => self.act(Action::Finished(reply)),
         }
     }
 
@@ -134,7 +166,9 @@ impl App {
         let solving = self.is_solving();
         let Plan { first, then } = self.state.plan(solving);
         let wanted: BTreeSet<Key> = first.iter().chain(&then).map(|r| r.key).collect();
-        self.pool.keep(|key| wanted.contains(&key) || Kind::of(key) == Some(Kind::Evidence));
+        let batch = self.batch.as_ref();
+        let keep = |key| Kind::of(key) == Some(Kind::Evidence) || batch.is_some_and(|b| b.has(key));
+        self.pool.keep(|key| wanted.contains(&key) || keep(key));
         for request in then {
             if !self.pool.has(request.key) {
                 self.pool.submit(request);
@@ -185,65 +219,47 @@ impl App {
             Command::PickFolder => self.inbox.pick_folder(),
             Command::PickPictures => self.inbox.pick_pictures(),
             Command::OpenSession => self.inbox.pick_session(),
-            Command::OpenPaths(paths) => {
-                if let [session] = &paths[..]
-                    && session.extension().is_some_and(|e| e == session::EXTENSION)
-                {
-                    let copy = self.home.copies().of(session);
-                    return self.inbox.open_session(session.clone(), copy);
-                }
-                self.home.opened(&paths);
-                self.state.recent.clone_from(&self.home.recent);
-                let folder = paths.iter().any(|p| p.is_dir());
-                self.inbox.list(paths, folder || self.state.doc.frames.is_empty());
-            }
+            Command::OpenPaths(paths) => self.open(paths),
             Command::Save { name, content } => self.inbox.save(&name, content),
-            Command::SaveSession => {
-                let copies = self.home.copies();
-                self.inbox.save_session(Session::of(&self.state), move |path| copies.of(path));
-            }
-            Command::SaveAll(files) => self.inbox.pick_target(move |folder| {
-                for (name, content) in &files {
-                    store::write(&folder.join(name), &content.make()?)?;
-                }
-                Ok(format!("{} saved into {}", counted(files.len(), "file"), folder.display()))
-            }),
+            Command::SaveSession => self.inbox.save_session(Session::of(&self.state), self.home.copies()),
+            Command::SaveAll(files) => self.inbox.save_all(files),
             Command::Locate => self.inbox.locate(Session::of(&self.state)),
-            Command::StraightenAll => self.straighten_all(),
+            Command::StraightenAll => self.inbox.straighten_into(),
+            Command::StraightenInto(folder) => self.straighten_into(&folder),
+            Command::StopStraightening => self.batch = None,
             Command::ResetLayout => self.layout = Layout::default(),
             // The text goes through the window, which is at hand where panels are drawn.
             Command::Copy(_) => {}
         }
     }
 
-    /// Writes every picture that the camera fits, straightened, into a folder that is asked for.
-    fn straighten_all(&mut self) {
-        let Some((answer, solution)) = self.state.data.solved() else { return };
-        let (camera, alpha) = (solution.camera.clone(), self.state.doc.alpha);
-        let fits = |f: &&crate::calib::report::FrameReport| f.image_size_px == Some(camera.size_px);
-        let pictures: Vec<PathBuf> =
-            answer.report().frames.iter().filter(fits).map(|f| PathBuf::from(&f.file)).collect();
-        self.inbox.pick_target(move |folder| {
-            let straight = Straightener::new(&camera, alpha, false)?;
-            let tasks = straighten::tasks(&pictures, folder)?;
-            let results = straighten::all(
-                &tasks,
-                &straight,
-                &camera,
-                Interpolation::Lanczos,
-                worker::threads(None),
-                &mut |_| (),
-            );
-            let done = results.iter().filter(|r| r.is_ok()).count();
-            if let (0, Some(Err(error))) = (done, results.into_iter().next()) {
-                return Err(error);
+    /// Opens what lies at paths.
+    fn open(&mut self, paths: Vec<PathBuf>) {
+        if let [session] = &paths[..]
+            && session.extension().is_some_and(|e| e == session::EXTENSION)
+        {
+            return self.inbox.open_session(session.clone(), self.home.copy_of(session));
+        }
+        self.home.opened(&paths);
+        self.state.recent.clone_from(&self.home.recent);
+        let folder = paths.iter().any(|p| photo::is_folder(p));
+        let replace = folder || self.state.doc.frames.is_empty();
+        let open = Session::of(&self.state);
+        self.inbox.list(paths, replace, (open.missing() > 0).then_some(open));
+    }
+
+    /// Straightens every picture that the camera fits into a folder.
+    fn straighten_into(&mut self, folder: &Path) {
+        match Batch::new(&self.state, folder, self.state.revision) {
+            Ok(Some((batch, jobs))) => {
+                self.batch = Some(batch);
+                for job in jobs {
+                    self.pool.submit(job);
+                }
             }
-            Ok(format!(
-                "{done} of {} straightened into {}",
-                counted(tasks.len(), "picture"),
-                folder.display()
-            ))
-        });
+            Ok(None) => {}
+            Err(error) => self.state.apply(files::tell_bad(error.to_string())),
+        }
     }
 
     /// Draws everything.
@@ -257,50 +273,16 @@ impl App {
             egui::CentralPanel::no_frame()
                 .frame(bar(Margin::ZERO))
                 .show(ui, |ui| zones::empty::show(&mut cx, ui, hovering));
+        } else if ui.content_rect().width() < zones::phone::WIDTH {
+            zones::phone::show(&mut cx, ui);
         } else {
-            let width = ui.content_rect().width();
-            let by_width = |[narrow, usual, wide]: [f32; 3]| match width {
-                w if w > 1500.0 => wide,
-                w if w < 1100.0 => narrow,
-                _ => usual,
-            };
-            let tall = ui.content_rect().height() > 850.0;
-            Panel::top("top")
-                .exact_size(40.0)
-                .frame(bar(Margin::symmetric(10, 0)))
-                .show(ui, |ui| zones::top::show(&mut cx, ui));
-            Panel::top("strip")
-                .exact_size(28.0)
-                .frame(bar(Margin::symmetric(8, 0)))
-                .show(ui, |ui| zones::strip::show(&mut cx, ui));
-            Panel::right("answer")
-                .default_size(by_width([288.0, 304.0, 348.0]))
-                .size_range(260.0..=420.0)
-                .frame(bar(Margin::symmetric(14, 12)))
-                .show(ui, |ui| zones::answer::show(&mut cx, ui));
-            if !self.state.screen.unlocked {
-                Panel::bottom("tiles")
-                    .exact_size(if tall { 244.0 } else { 198.0 })
-                    .frame(bar(Margin::ZERO))
-                    .show(ui, |ui| zones::tiles::show(&mut cx, ui));
-            }
-            Panel::left("pictures")
-                .default_size(by_width([236.0, 250.0, 272.0]))
-                .size_range(230.0..=400.0)
-                .frame(bar(Margin::ZERO))
-                .show(ui, |ui| zones::pictures::show(&mut cx, ui));
-            egui::CentralPanel::no_frame().show(ui, |ui| {
-                if self.state.screen.unlocked {
-                    self.layout.show(&mut cx, ui);
-                } else {
-                    zones::center::show(&mut cx, ui);
-                }
-            });
+            desk(&mut cx, ui, &mut self.layout);
         }
         lab::show(&mut cx, ui);
         zones::dialogs::show(&mut cx, ui);
         notice(&mut cx, ui);
         actions.extend(cx.into_actions());
+        #[cfg(not(target_arch = "wasm32"))]
         actions.extend(dropped(ui));
         for action in actions {
             if let Action::Do(Command::Copy(text)) = &action {
@@ -317,7 +299,52 @@ impl App {
     }
 }
 
+/// The zones of a desk: top bar, strip, pictures, centre, answer, tiles.
+fn desk(cx: &mut Cx<'_>, ui: &mut egui::Ui, layout: &mut Layout) {
+    let t = cx.t;
+    let bar = |margin: Margin| Frame::new().fill(t.bg).inner_margin(margin);
+    let width = ui.content_rect().width();
+    let by_width = |[narrow, usual, wide]: [f32; 3]| match width {
+        w if w > 1500.0 => wide,
+        w if w < 1100.0 => narrow,
+        _ => usual,
+    };
+    let tall = ui.content_rect().height() > 850.0;
+    Panel::top("top")
+        .exact_size(40.0)
+        .frame(bar(Margin::symmetric(10, 0)))
+        .show(ui, |ui| zones::top::show(cx, ui));
+    Panel::top("strip")
+        .exact_size(28.0)
+        .frame(bar(Margin::symmetric(8, 0)))
+        .show(ui, |ui| zones::strip::show(cx, ui));
+    Panel::right("answer")
+        .default_size(by_width([288.0, 304.0, 348.0]))
+        .size_range(260.0..=420.0)
+        .frame(bar(Margin::symmetric(14, 12)))
+        .show(ui, |ui| zones::answer::show(cx, ui));
+    if !cx.state.screen.unlocked {
+        Panel::bottom("tiles")
+            .exact_size(if tall { 244.0 } else { 198.0 })
+            .frame(bar(Margin::ZERO))
+            .show(ui, |ui| zones::tiles::show(cx, ui));
+    }
+    Panel::left("pictures")
+        .default_size(by_width([236.0, 250.0, 272.0]))
+        .size_range(230.0..=400.0)
+        .frame(bar(Margin::ZERO))
+        .show(ui, |ui| zones::pictures::show(cx, ui));
+    egui::CentralPanel::no_frame().show(ui, |ui| {
+        if cx.state.screen.unlocked {
+            layout.show(cx, ui);
+        } else {
+            zones::center::show(cx, ui);
+        }
+    });
+}
+
 /// Files that were dropped on the window.
+#[cfg(not(target_arch = "wasm32"))]
 fn dropped(ui: &egui::Ui) -> Option<Action> {
     let paths: Vec<PathBuf> = ui.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
     (!paths.is_empty()).then_some(Action::Do(Command::OpenPaths(paths)))
@@ -364,21 +391,23 @@ impl eframe::App for App {
     fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
         self.advance();
         // A picture that was read or a decision is saved; what is on the screen is not.
-        let content = self.state.content();
-        if let Some(pause) = self.home.keep(content, || Session::of(&self.state)) {
+        if let Some(pause) = self.home.keep(&self.state, &self.inbox.post) {
             ctx.request_repaint_after(pause);
         }
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
         self.layout.unlocked = self.state.screen.unlocked;
-        eframe::set_value(storage, LAYOUT, &self.layout);
+        if let Ok(text) = serde_json::to_string(&self.layout) {
+            storage.set_string(LAYOUT, text);
+        }
     }
 
     fn auto_save_interval(&self) -> std::time::Duration {
         std::time::Duration::from_secs(5)
     }
 
+    #[cfg(not(target_arch = "wasm32"))]
     fn on_exit(&mut self) {
         self.home.close();
     }
@@ -392,6 +421,7 @@ impl eframe::App for App {
 ///
 /// # Errors
 /// In words, where there is no display or no renderer.
+#[cfg(not(target_arch = "wasm32"))]
 pub fn run(paths: Vec<PathBuf>) -> Result<(), String> {
     if cfg!(target_os = "linux")
         && ["DISPLAY", "WAYLAND_DISPLAY"].iter().all(|v| std::env::var_os(v).is_none_or(|d| d.is_empty()))

@@ -4,6 +4,7 @@
 //! the lane that runs [`Job::Inspect`] reads, decodes and detects, and what leaves it is corners and what the file says.
 
 pub mod assemble;
+pub mod develop;
 pub mod evidence;
 pub mod group;
 pub mod photo;
@@ -14,12 +15,12 @@ use std::{
     any::Any,
     ops::ControlFlow,
     panic::{AssertUnwindSafe, catch_unwind},
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::Arc,
-    time::Instant,
 };
 
 use serde::{Deserialize, Serialize};
+use web_time::Instant;
 
 use crate::calib::{
     Error, Result,
@@ -33,6 +34,7 @@ use crate::calib::{
     synth::{self, Scene},
     undistort::{Interpolation, Rect, Straightener, largest_valid},
 };
+use develop::developed;
 use evidence::{Case, Evidence};
 use photo::{Colours, Exif};
 use raster::Raster;
@@ -105,6 +107,17 @@ pub enum Job {
     },
     /// Calibrate the built-in scene with one thing changed, by its number ([`ablate::trial`]).
     Ablate(u32),
+    /// Read a photograph, take the lens out of it, and make a file of the same kind of it.
+    Develop {
+        /// The photograph.
+        path: PathBuf,
+        /// Where the file is written; without a place it is the answer.
+        to: Option<PathBuf>,
+        /// The camera that took it.
+        camera: Camera,
+        /// As in [`Job::Straighten`].
+        alpha: f64,
+    },
     /// Read a picture and take the lens out of it.
     Straighten {
         /// The picture.
@@ -114,6 +127,23 @@ pub enum Job {
         /// How much of it is shown, 0..=1 ([`crate::calib::undistort::new_camera`]).
         alpha: f64,
     },
+}
+
+impl Job {
+    /// The file that it reads.
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            Self::Inspect { source, .. }
+            | Self::Look { source }
+            | Self::Thumbnail { source, .. }
+            | Self::Straighten { source, .. } => match source {
+                Source::File(path) => Some(path),
+                Source::View { .. } => None,
+            },
+            Self::Develop { path, .. } => Some(path),
+            Self::Evidence(_) | Self::Ablate(_) => None,
+        }
+    }
 }
 
 /// What a job answers.
@@ -127,6 +157,8 @@ pub enum Output {
     Raster(Raster),
     /// Of [`Job::Ablate`]; a calibration that is refused is an outcome.
     Effect(std::result::Result<Box<Numbers>, String>),
+    /// Of [`Job::Develop`]: the bytes of the file, none where they were written.
+    File(#[serde(with = "serde_bytes")] Vec<u8>),
     /// Of [`Job::Straighten`], with the largest rectangle of it in which every pixel is valid.
     Straight(Raster, Option<Rect>),
 }
@@ -209,6 +241,13 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
         Job::Ablate(number) => {
             let effect = ablate::effect(number as usize, &mut Bench::default())?;
             Ok(Output::Effect(effect.outcome.map(Box::new)))
+        }
+        Job::Develop { path, to, camera, alpha } => {
+            let straight = Straightener::new(&camera, alpha, false)?;
+            let (bytes, _) = developed(&path, &straight, &camera, Interpolation::Lanczos)?;
+            let Some(to) = to else { return Ok(Output::File(bytes)) };
+            store::file(&to, &bytes)?;
+            Ok(Output::File(Vec::new()))
         }
         Job::Straighten { source, camera, alpha } => {
             let photo = source.read(Colours::Keep)?.photo;

@@ -15,6 +15,7 @@
 #[cfg(feature = "window")]
 pub mod app;
 pub mod calib;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod cli;
 pub mod job;
 pub mod worker;

@@ -68,10 +68,14 @@ pub enum Command {
         /// What is written.
         content: Content,
     },
-    /// Ask for a folder and write files into it: names and contents.
+    /// Ask for a folder and write files into it, names and contents; a browser makes one archive.
     SaveAll(Vec<(String, Content)>),
-    /// Ask for a folder and write straightened pictures into it.
+    /// Ask where straightened pictures go.
     StraightenAll,
+    /// Straighten every picture into a folder; a browser makes one archive.
+    StraightenInto(PathBuf),
+    /// Leave the rest of the pictures as they are.
+    StopStraightening,
     /// Ask for a place and write the session.
     SaveSession,
     /// Ask for the folder that pictures moved to.
@@ -101,8 +105,11 @@ impl State {
                 self.add(sources);
                 self.past.clear();
             }
-            Action::Restore(session) => {
+            Action::Restore(mut session) => {
                 *self = self.fresh();
+                let thumbnails = std::mem::take(&mut session.thumbnails);
+                self.data.thumbnails =
+                    thumbnails.into_iter().map(|(id, raster)| (id, Some(raster))).collect();
                 (self.doc, self.data.inspections) = session.into_parts();
                 let keys: Vec<_> = self.inspected().into_iter().map(|(f, key, _)| (f.id, key)).collect();
                 self.data.made_from.extend(keys);
@@ -135,7 +142,15 @@ impl State {
         let recent = std::mem::take(&mut self.recent);
         let Screen { layers, unlocked, lab, .. } = self.screen;
         let screen = Screen { layers, unlocked, lab, ..Screen::default() };
-        Self { revision: self.revision, content: self.content, recent, screen, ..Self::default() }
+        let prints = self.prints.get_mut().next();
+        Self {
+            revision: self.revision,
+            content: self.content,
+            recent,
+            screen,
+            prints: prints.into(),
+            ..Self::default()
+        }
     }
 
     fn edit(&mut self, doc: Document) {
@@ -202,7 +217,8 @@ impl State {
                 };
                 self.data.effects.insert(number, outcome);
             }
-            None => {}
+            // Files go past the state: see `batch`.
+            Some(plan::Kind::Develop(_)) | None => {}
         }
     }
 

@@ -2,6 +2,8 @@
 
 mod content;
 mod figures;
+#[cfg_attr(not(target_arch = "wasm32"), path = "export/png_native.rs")]
+#[cfg_attr(target_arch = "wasm32", path = "export/png_web.rs")]
 mod png;
 mod snippet;
 

@@ -42,6 +42,8 @@ pub enum Kind {
     Straight,
     /// What one change of the method does.
     Effect(u32),
+    /// A picture, straightened, as a file.
+    Develop(FrameId),
 }
 
 impl Kind {
@@ -53,13 +55,14 @@ impl Kind {
             3 => Some(Self::Look(FrameId(key.0 as u32))),
             4 => Some(Self::Straight),
             6 => Some(Self::Effect(key.0 as u32)),
+            7 => Some(Self::Develop(FrameId(key.0 as u32))),
             5 => Some(Self::Thumbnail(FrameId(key.0 as u32))),
             _ => None,
         }
     }
 
     /// A key of this kind with this content.
-    const fn key(self, content: u128) -> Key {
+    pub(super) const fn key(self, content: u128) -> Key {
         let (kind, content) = match self {
             Self::Inspect(id) => (1, content << 32 | id.0 as u128),
             Self::Thumbnail(id) => (5, content << 32 | id.0 as u128),
@@ -67,6 +70,7 @@ impl Kind {
             Self::Look(id) => (3, content << 32 | id.0 as u128),
             Self::Straight => (4, content),
             Self::Effect(number) => (6, number as u128),
+            Self::Develop(id) => (7, content << 32 | id.0 as u128),
         };
         Key((kind << 120) | (content & (u128::MAX >> 8)))
     }
@@ -77,16 +81,23 @@ impl Kind {
 /// Kept in the state: it is asked for in every frame, and a scene is hashed as text.
 #[derive(Default)]
 pub(super) struct Prints {
+    /// How many times something else was opened: numbers of pictures start over then, and jobs of before may still answer.
+    opened: u64,
     /// The last scene: all views of one share it.
     scene: Option<(Arc<Scene>, u64)>,
 }
 
 impl Prints {
+    /// Of what is opened after this.
+    pub(super) fn next(&self) -> Self {
+        Self { opened: self.opened + 1, scene: None }
+    }
+
     fn of(&mut self, source: &Source) -> u64 {
         let mut hash = SipHasher13::new();
         match source {
-            // A file's number is its own for good, also where the file is found again elsewhere.
-            Source::File(_) => {}
+            // A file's number is its own while it is open, also where the file is found again elsewhere.
+            Source::File(_) => self.opened.hash(&mut hash),
             Source::View { scene, view } => {
                 if !self.scene.as_ref().is_some_and(|(last, _)| Arc::ptr_eq(last, scene)) {
                     let mut text = SipHasher13::new();

@@ -2,18 +2,16 @@
 //!
 //! Pictures are not in it. They are named with the hash of their bytes, so that they are found again where they moved.
 
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+#[cfg(not(target_arch = "wasm32"))]
+use std::path::Path;
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 use serde::{Deserialize, Serialize};
 
 use super::state::{Document, Frame, State};
 use crate::{
     calib::{Error, Result, observation::FrameId, report::Report},
-    job::{Inspection, Source, photo},
+    job::{Inspection, Source, photo, raster::Raster},
 };
 
 /// Of session files.
@@ -36,6 +34,9 @@ pub struct Session {
     pub seen: Vec<(FrameId, Inspection)>,
     /// The result when it was saved, for other programs: it is computed again from the rest.
     pub result: Option<Report>,
+    /// Small copies of pictures that may not be at hand. A session file has none.
+    #[serde(skip)]
+    pub thumbnails: Vec<(FrameId, Arc<Raster>)>,
 }
 
 impl Session {
@@ -52,6 +53,7 @@ impl Session {
             document: state.doc.clone(),
             seen: seen.collect(),
             result: state.data.answer.as_deref().map(|a| a.report().clone()),
+            thumbnails: Vec::new(),
         }
     }
 
@@ -102,40 +104,52 @@ impl Session {
         self.document.frames.iter().filter(|f| is_missing(f)).count()
     }
 
-    /// Finds pictures that moved: beside the session file by name, then anywhere in `folder` by the hash of their bytes. Answers
-    /// how many are still missing.
-    pub fn locate(&mut self, folder: &Path) -> usize {
-        let hashes: BTreeMap<FrameId, u128> = self.seen.iter().map(|(id, i)| (*id, i.bytes_hash)).collect();
-        let mut frames = self.document.frames.to_vec();
-        if !frames.iter().any(is_missing) {
-            return 0;
-        }
+    /// Finds pictures that moved: beside the session file by name, then anywhere in `folder` by the hash of their bytes.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn locate(&mut self, folder: &Path) {
         let hash_of = |path: &Path| photo::bytes(path).ok().map(|b| photo::hash_bytes(&b));
-        let fits = |f: &Frame, path: &Path| hashes.get(&f.id).is_none_or(|h| hash_of(path) == Some(*h));
+        let beside = |path: &Path| path.file_name().map(|n| folder.join(n)).filter(|p| p.is_file());
+        let named = self.lost().into_iter().filter_map(|path| beside(&path));
+        self.place(named.filter_map(|path| Some((hash_of(&path)?, path))).collect());
+        if self.missing() > 0 {
+            let files = photo::list(&[folder.to_owned()]).unwrap_or_default();
+            self.place(files.into_iter().filter_map(|path| Some((hash_of(&path)?, path))).collect());
+        }
+    }
+
+    /// Where pictures were that are not there any more.
+    pub fn lost(&self) -> Vec<PathBuf> {
+        let path = |f: &Frame| match &f.source {
+            Source::File(path) => Some(path.clone()),
+            Source::View { .. } => None,
+        };
+        self.document.frames.iter().filter(|f| is_missing(f)).filter_map(path).collect()
+    }
+
+    /// Puts files, by the hash of their bytes, in the place of those that are missing. Pictures that were never read have no hash:
+    /// they go by their names.
+    pub fn place(&mut self, files: Vec<(u128, PathBuf)>) {
+        let hashes: BTreeMap<FrameId, u128> = self.seen.iter().map(|(id, i)| (*id, i.bytes_hash)).collect();
+        let names: BTreeMap<_, _> =
+            files.iter().filter_map(|(_, path)| Some((path.file_name()?.to_owned(), path.clone()))).collect();
+        let by_hash: BTreeMap<u128, PathBuf> = files.into_iter().collect();
+        let mut frames = self.document.frames.to_vec();
         for frame in frames.iter_mut().filter(|f| is_missing(f)) {
             let Source::File(path) = &frame.source else { continue };
-            let beside = path.file_name().map(|n| folder.join(n)).filter(|p| p.is_file());
-            if let Some(found) = beside.filter(|p| fits(frame, p)) {
-                frame.source = Source::File(found);
-            }
-        }
-        if frames.iter().any(is_missing) {
-            let files = photo::list(&[folder.to_owned()]).unwrap_or_default();
-            let by_hash: BTreeMap<u128, PathBuf> =
-                files.into_iter().filter_map(|p| Some((hash_of(&p)?, p))).collect();
-            for frame in frames.iter_mut().filter(|f| is_missing(f)) {
-                if let Some(found) = hashes.get(&frame.id).and_then(|h| by_hash.get(h)) {
-                    frame.source = Source::File(found.clone());
-                }
+            let found = match hashes.get(&frame.id) {
+                Some(hash) => by_hash.get(hash),
+                None => path.file_name().and_then(|name| names.get(name)),
+            };
+            if let Some(found) = found {
+                frame.source = Source::File(found.clone());
             }
         }
         self.document.frames = Arc::new(frames);
-        self.missing()
     }
 }
 
 fn is_missing(frame: &Frame) -> bool {
-    matches!(&frame.source, Source::File(path) if !path.exists())
+    matches!(&frame.source, Source::File(path) if !photo::exists(path))
 }
 
 #[cfg(test)]

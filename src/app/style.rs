@@ -189,6 +189,11 @@ pub mod icon {
     pub const FIT: &str = "\u{E1D0}";
     pub const SHEET: &str = "\u{E464}";
     pub const IMAGES: &str = "\u{E836}";
+    pub const IMAGE: &str = "\u{E2CA}";
+    pub const CUBE: &str = "\u{E1DA}";
+    pub const CHART: &str = "\u{E150}";
+    pub const GRID: &str = "\u{EC8C}";
+    pub const SPLIT: &str = "\u{E872}";
     pub const X: &str = "\u{E4F6}";
     pub const COPY: &str = "\u{E1CA}";
     pub const PRINTER: &str = "\u{E3DC}";
@@ -226,7 +231,7 @@ pub fn install(ctx: &egui::Context) {
 }
 
 fn fonts() -> FontDefinitions {
-    let mut fonts = FontDefinitions::default();
+    let mut fonts = FontDefinitions::empty();
     let mut add = |name: &str, bytes: &'static [u8]| {
         fonts.font_data.insert(name.to_owned(), Arc::new(FontData::from_static(bytes)));
     };
@@ -236,10 +241,8 @@ fn fonts() -> FontDefinitions {
     add("plex-mono", include_bytes!("../../assets/fonts/IBMPlexMono-Regular.ttf"));
     add("icons", include_bytes!("../../assets/fonts/Phosphor-subset.ttf"));
     add("icons-fill", include_bytes!("../../assets/fonts/Phosphor-Fill-subset.ttf"));
-    let fallback = fonts.families.get(&FontFamily::Proportional).cloned().unwrap_or_default();
     let mut family = |family: FontFamily, first: &[&str]| {
-        let names = first.iter().map(|n| (*n).to_owned()).chain(fallback.iter().cloned());
-        fonts.families.insert(family, names.collect());
+        fonts.families.insert(family, first.iter().map(|n| (*n).to_owned()).collect());
     };
     family(FontFamily::Proportional, &["plex", "icons"]);
     family(FontFamily::Monospace, &["plex-mono", "icons"]);

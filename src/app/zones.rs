@@ -4,6 +4,7 @@ pub mod answer;
 pub mod center;
 pub mod dialogs;
 pub mod empty;
+pub mod phone;
 pub mod pictures;
 pub mod strip;
 pub mod tiles;

@@ -1,8 +1,9 @@
 //! From what was seen to the report: assembly, calibration, comparison with the truth.
 
-use std::{ops::ControlFlow, sync::Arc, time::Instant};
+use std::{ops::ControlFlow, sync::Arc};
 
 use serde::{Deserialize, Serialize};
+use web_time::Instant;
 
 use super::{
     assemble::{Assembly, Entry, Wanted, assemble},

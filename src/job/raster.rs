@@ -12,6 +12,7 @@ pub struct Raster {
     /// 1 grey, 3 RGB.
     pub channels: usize,
     /// Row-major, interleaved.
+    #[serde(with = "serde_bytes")]
     pub data: Vec<u8>,
 }
 

@@ -39,6 +39,15 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     })
 }
 
+/// Writes a file as [`write`], with the folders above it.
+///
+/// # Errors
+/// Those of [`folder`] and [`write`].
+pub fn file(path: &Path, bytes: &[u8]) -> Result<()> {
+    path.parent().map_or(Ok(()), folder)?;
+    write(path, bytes)
+}
+
 /// Why a result could not be written, and what to do.
 pub fn not_written(error: &io::Error) -> String {
     match error.kind() {

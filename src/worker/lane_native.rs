@@ -10,24 +10,11 @@ use std::{
     thread::{self, JoinHandle},
 };
 
+use super::pool::{Message, Wake};
 use crate::{
     calib::Error,
-    job::{self, Key, Progress, Reply, Request},
+    job::{self, Reply, Request},
 };
-
-/// Called when there is something to hear.
-pub(super) type Wake = Arc<dyn Fn() + Send + Sync>;
-
-/// What a lane says to its pool.
-pub(super) enum Message {
-    Progress(Key, Progress),
-    /// The lane is free again; no reply where the job was stopped.
-    Ended {
-        lane: usize,
-        key: Key,
-        reply: Option<Reply>,
-    },
-}
 
 /// A thread that does one job at a time.
 pub(super) struct Lane {

@@ -13,10 +13,7 @@ use crate::{
         camera::Camera,
         undistort::{Interpolation, Straightener},
     },
-    job::{
-        photo::{self, Colours},
-        store,
-    },
+    job::{develop::developed, store},
 };
 
 /// A photograph and where its undistorted self goes.
@@ -39,33 +36,16 @@ pub fn all(
     side_by_side(threads, tasks, |task| one(task, straight, camera, interpolation), heard)
 }
 
-/// Reads, undistorts and writes one photograph; answers what reading it told.
+/// Straightens and writes one photograph; answers what reading it told.
 fn one(
     task: &Task,
     straight: &Straightener,
     camera: &Camera,
     interpolation: Interpolation,
 ) -> Result<Vec<String>> {
-    let name = task.from.display().to_string();
-    let original = photo::bytes(&task.from)?;
-    let picture = photo::decode(&name, &original, Colours::Keep)?;
-    let [w, h] = camera.size_px;
-    if [picture.photo.width, picture.photo.height] != [w as usize, h as usize] {
-        return Err(Error::Picture {
-            file: name,
-            message: format!(
-                "it has {} x {} px, the camera is for {w} x {h}: where the photograph was resized or cropped, convert the camera with `straightedge convert --scale` or `--crop`",
-                picture.photo.width, picture.photo.height
-            ),
-        });
-    }
-    let photo = straight.run(&picture.photo, interpolation)?;
-    let bytes = photo::write::like(&name, &original, &photo)?;
-    if let Some(folder) = task.to.parent() {
-        store::folder(folder)?;
-    }
-    store::write(&task.to, &bytes)?;
-    Ok(picture.notes)
+    let (bytes, notes) = developed(&task.from, straight, camera, interpolation)?;
+    store::file(&task.to, &bytes)?;
+    Ok(notes)
 }
 
 /// Where everything goes: by name, or with the folders below their common one where names repeat.

@@ -6,7 +6,7 @@ use std::{
 };
 
 /// Paths that `calib` may not name, alone or as the beginning of a longer path.
-const FORBIDDEN: [&str; 13] = [
+const FORBIDDEN: [&str; 14] = [
     "egui",
     "crate::job",
     "crate::worker",
@@ -20,6 +20,7 @@ const FORBIDDEN: [&str; 13] = [
     "std::io::stdout",
     "std::time::Instant",
     "std::time::SystemTime",
+    "web_time",
 ];
 /// Calls that it may not make, however they were imported.
 const CALLS: [&str; 6] = ["println!", "print!", "eprintln!", "eprint!", "Instant::now", "SystemTime::now"];

@@ -26,10 +26,24 @@ impl Content {
     ///
     /// # Errors
     /// [`crate::calib::Error::Invalid`] where a figure cannot be drawn.
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn make(&self) -> Result<Cow<'_, [u8]>> {
         Ok(match self {
             Self::Bytes(bytes) => Cow::Borrowed(bytes),
             Self::Png(svg) => Cow::Owned(png(svg)?),
+            Self::Page(report) => Cow::Owned(html::page(report).into_bytes()),
+        })
+    }
+
+    /// The bytes of the file; the browser takes its time to draw.
+    ///
+    /// # Errors
+    /// [`crate::calib::Error::Invalid`] where a figure cannot be drawn.
+    #[cfg(target_arch = "wasm32")]
+    pub async fn make(&self) -> Result<Cow<'_, [u8]>> {
+        Ok(match self {
+            Self::Bytes(bytes) => Cow::Borrowed(bytes),
+            Self::Png(svg) => Cow::Owned(png(svg).await?),
             Self::Page(report) => Cow::Owned(html::page(report).into_bytes()),
         })
     }

@@ -27,7 +27,8 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui, hovering: bool) {
     let drop = ui.interact(rect, ui.scope_id().with("drop target"), Sense::hover());
     named(&drop, egui::Role::Group, true, "Drop a folder of board pictures here");
 
-    let text_height = 150.0;
+    let narrow = rect.width() < 480.0;
+    let text_height = if narrow { 290.0 } else { 150.0 };
     let art = Rect::from_center_size(
         pos2(rect.center().x, rect.top() + (rect.height() - text_height) / 2.0 - 10.0),
         vec2((rect.width() - 80.0).min(500.0), (rect.height() - text_height - 90.0).clamp(40.0, 240.0)),
@@ -38,28 +39,35 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui, hovering: bool) {
     let painter = ui.painter();
     let title = "Drop a folder of board pictures";
     painter.text(pos2(middle, y), Align2::CENTER_CENTER, title, font::semibold(font::TITLE), t.ink);
-    for (k, line) in [
-        "Straightedge finds the board, works out the camera and says how far to trust it.",
-        "The pictures stay on this computer.",
-    ]
-    .iter()
-    .enumerate()
-    {
-        let at = pos2(middle, y + 32.0 + 18.0 * k as f32);
-        painter.text(at, Align2::CENTER_CENTER, line, font::regular(font::BODY), t.text2);
-    }
-    let row = Rect::from_center_size(pos2(middle, y + 100.0), vec2(420.0_f32.min(rect.width()), 34.0));
-    let mut ui =
-        ui.new_child(UiBuilder::new().max_rect(row).layout(egui::Layout::left_to_right(egui::Align::Center)));
+    let words = "Straightedge finds the board, works out the camera and says how far to trust it.\nThe pictures stay on this computer.";
+    let mut job = egui::text::LayoutJob::simple(
+        words.to_owned(),
+        font::regular(font::BODY),
+        t.text2,
+        rect.width() - 32.0,
+    );
+    job.halign = egui::Align::Center;
+    let words = painter.layout_job(job);
+    let below = y + 24.0 + words.size().y;
+    painter.galley(pos2(middle, y + 24.0), words, t.text2);
+    // Beside each other, or below each other where there is no room.
+    let (size, layout) = if narrow {
+        (vec2(180.0, 3.0 * 46.0), egui::Layout::top_down_justified(egui::Align::Center))
+    } else {
+        (vec2(420.0, 34.0), egui::Layout::left_to_right(egui::Align::Center))
+    };
+    let row = Rect::from_center_size(pos2(middle, below + 26.0 + size.y / 2.0), size);
+    let mut ui = ui.new_child(UiBuilder::new().max_rect(row).layout(layout));
+    let height = if narrow { 40.0 } else { 32.0 };
     ui.spacing_mut().button_padding.x = 14.0;
-    ui.spacing_mut().item_spacing.x = 10.0;
-    if primary(&mut ui, t, icon::FOLDER, "Open folder…", 32.0).clicked() {
+    ui.spacing_mut().item_spacing = vec2(10.0, 8.0);
+    if primary(&mut ui, t, icon::FOLDER, "Open folder…", height).clicked() {
         cx.ask(Command::PickFolder);
     }
-    if button(&mut ui, t, icon::PLAY, "Try the demo", 32.0).clicked() {
+    if button(&mut ui, t, icon::PLAY, "Try the demo", height).clicked() {
         cx.push(Action::Open(demo()));
     }
-    if button(&mut ui, t, icon::PRINTER, "Print a board…", 32.0).clicked() {
+    if button(&mut ui, t, icon::PRINTER, "Print a board…", height).clicked() {
         cx.show(|s| s.dialog = Some(Dialog::Board));
     }
 }

@@ -56,7 +56,7 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
 }
 
 /// The mark: two bowed lines over one straight.
-fn mark(ui: &mut Ui, t: &crate::app::style::Tokens) {
+pub(super) fn mark(ui: &mut Ui, t: &crate::app::style::Tokens) {
     let (rect, response) = ui.allocate_exact_size(vec2(20.0, 20.0), egui::Sense::hover());
     named(&response, egui::Role::Image, true, "Straightedge");
     let stroke = egui::Stroke::new(1.6, t.ink);
@@ -75,43 +75,46 @@ fn open(cx: &mut Cx<'_>, ui: &mut Ui) {
     let label = format!("{}  Open  {}", icon::FOLDER, icon::CARET_DOWN);
     let response = ui.add(egui::Button::new(RichText::new(label).color(cx.t.ink)).min_size(vec2(0.0, 26.0)));
     named(&response, egui::Role::Button, true, "Open");
-    Popup::menu(&response).show(|ui| {
-        ui.set_min_width(190.0);
-        if ui.button("Open folder…").clicked() {
-            cx.ask(Command::PickFolder);
-        }
-        if ui.button("Add pictures…").clicked() {
-            cx.ask(Command::PickPictures);
-        }
-        if ui.button("Open session…").clicked() {
-            cx.ask(Command::OpenSession);
-        }
-        if !cx.state.recent.is_empty() {
-            ui.menu_button("Recent", |ui| {
-                for folder in &cx.state.recent {
-                    let name = folder
-                        .file_name()
-                        .map_or_else(|| folder.display().to_string(), |n| n.to_string_lossy().into_owned());
-                    if ui.button(name).on_hover_text(folder.display().to_string()).clicked() {
-                        cx.ask(Command::OpenPaths(vec![folder.clone()]));
-                    }
+    Popup::menu(&response).show(|ui| open_menu(cx, ui));
+}
+
+/// What can be opened.
+pub(super) fn open_menu(cx: &mut Cx<'_>, ui: &mut Ui) {
+    ui.set_min_width(190.0);
+    if ui.button("Open folder…").clicked() {
+        cx.ask(Command::PickFolder);
+    }
+    if ui.button("Add pictures…").clicked() {
+        cx.ask(Command::PickPictures);
+    }
+    if ui.button("Open session…").clicked() {
+        cx.ask(Command::OpenSession);
+    }
+    if !cx.state.recent.is_empty() {
+        ui.menu_button("Recent", |ui| {
+            for folder in &cx.state.recent {
+                let name = folder
+                    .file_name()
+                    .map_or_else(|| folder.display().to_string(), |n| n.to_string_lossy().into_owned());
+                if ui.button(name).on_hover_text(folder.display().to_string()).clicked() {
+                    cx.ask(Command::OpenPaths(vec![folder.clone()]));
                 }
-            });
-        }
+            }
+        });
+    }
+    ui.separator();
+    if ui.button("Try the demo").clicked() {
+        cx.push(Action::Open(demo()));
+    }
+    if !cx.state.doc.frames.is_empty() {
         ui.separator();
-        if ui.button("Try the demo").clicked() {
-            cx.push(Action::Open(demo()));
+        if ui.button("Save session…").clicked() {
+            cx.ask(Command::SaveSession);
         }
-        if !cx.state.doc.frames.is_empty() {
-            ui.separator();
-            if ui.button("Save session…").clicked() {
-                cx.ask(Command::SaveSession);
-            }
-            if ui.button("Close").clicked() {
-                cx.push(Action::Close);
-            }
+        if ui.button("Close").clicked() {
+            cx.push(Action::Close);
         }
-    });
+    }
 }
 
 /// Folder and size of the pictures.
@@ -129,7 +132,7 @@ fn title(cx: &mut Cx<'_>, ui: &mut Ui) {
     }
 }
 
-fn folder(cx: &Cx<'_>) -> String {
+pub(super) fn folder(cx: &Cx<'_>) -> String {
     use crate::job::Source;
     match cx.state.doc.frames.first().map(|f| &f.source) {
         Some(Source::File(path)) => {
@@ -175,7 +178,8 @@ fn chip(
         });
 }
 
-fn board(cx: &mut Cx<'_>, ui: &mut Ui) {
+/// The board's size and square as they are known, and whether the size is a guess.
+fn known_board(cx: &Cx<'_>) -> (Option<BoardSize>, Option<Length>, bool) {
     let report = cx.state.data.answer.as_deref().map(super::super::state::Answer::report);
     let size = cx.state.doc.board.or_else(|| report.and_then(|r| r.settings.board));
     let guessed = cx.state.doc.board.is_none() && size.is_some();
@@ -183,37 +187,59 @@ fn board(cx: &mut Cx<'_>, ui: &mut Ui) {
         let known = report.map(|r| &r.settings)?;
         (known.unit != Unit::Squares).then_some(Length { value: known.square, unit: known.unit })
     });
-    let mut label = size.map_or_else(|| "Board".to_owned(), |b| format!("{} × {}", b.cols, b.rows));
-    if let Some(square) = square {
-        label += &format!(", {square}");
+    (size, square, guessed)
+}
+
+fn board_words(cx: &Cx<'_>) -> String {
+    let (size, square, _) = known_board(cx);
+    let size = size.map_or_else(|| "Board".to_owned(), |b| format!("{} × {}", b.cols, b.rows));
+    square.map_or_else(|| size.clone(), |square| format!("{size}, {square}"))
+}
+
+fn lens_words(cx: &Cx<'_>) -> &'static str {
+    let solved = cx.state.data.solved().map(|(_, s)| s.camera.model);
+    cx.state.doc.model.or(solved).map_or("Lens", |m| m.spec().title)
+}
+
+/// Both settings in a few words.
+pub(super) fn settings(cx: &Cx<'_>) -> String {
+    format!("{} · {}", board_words(cx), lens_words(cx))
+}
+
+fn board(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let (label, guessed) = (board_words(cx), known_board(cx).2);
+    let quiet = if guessed { "guessed" } else { "" };
+    chip(cx, ui, ["Board", icon::BOARD], &label, quiet, board_settings);
+}
+
+/// The board, to be typed.
+pub(super) fn board_settings(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let t = cx.t;
+    let (size, ..) = known_board(cx);
+    ui.label(text("Board", font::semibold(font::BODY), t.ink));
+    let shown = size.map(|b| b.to_string()).unwrap_or_default();
+    let typed = field(ui, "Inner corners", "board size", &shown, "9x6");
+    ui.label(text("Where four squares meet, columns x rows", font::regular(font::SMALL), t.text3));
+    if let Some(text) = typed {
+        match text.parse::<BoardSize>().and_then(BoardSize::findable) {
+            Ok(size) => cx.edit(|d| d.board = Some(size)),
+            Err(_) if text.trim().is_empty() => cx.edit(|d| d.board = None),
+            Err(error) => cx.push(super::super::files::tell_bad(error.to_string())),
+        }
     }
-    chip(cx, ui, ["Board", icon::BOARD], &label, if guessed { "guessed" } else { "" }, |cx, ui| {
-        let t = cx.t;
-        ui.label(text("Board", font::semibold(font::BODY), t.ink));
-        let shown = size.map(|b| b.to_string()).unwrap_or_default();
-        let typed = field(ui, "Inner corners", "board size", &shown, "9x6");
-        ui.label(text("Where four squares meet, columns x rows", font::regular(font::SMALL), t.text3));
-        if let Some(text) = typed {
-            match text.parse::<BoardSize>().and_then(BoardSize::findable) {
-                Ok(size) => cx.edit(|d| d.board = Some(size)),
-                Err(_) if text.trim().is_empty() => cx.edit(|d| d.board = None),
-                Err(error) => cx.push(super::super::files::tell_bad(error.to_string())),
-            }
+    if cx.state.doc.board.is_some() && ui.button("Guess from the pictures").clicked() {
+        cx.edit(|d| d.board = None);
+    }
+    ui.separator();
+    let shown = cx.state.doc.square.map(|s| s.to_string()).unwrap_or_default();
+    if let Some(text) = field(ui, "Edge of a square", "square size", &shown, "25 mm") {
+        match text.parse::<Length>() {
+            Ok(length) => cx.edit(|d| d.square = Some(length)),
+            Err(_) if text.trim().is_empty() => cx.edit(|d| d.square = None),
+            Err(error) => cx.push(super::super::files::tell_bad(error.to_string())),
         }
-        if cx.state.doc.board.is_some() && ui.button("Guess from the pictures").clicked() {
-            cx.edit(|d| d.board = None);
-        }
-        ui.separator();
-        let shown = cx.state.doc.square.map(|s| s.to_string()).unwrap_or_default();
-        if let Some(text) = field(ui, "Edge of a square", "square size", &shown, "25 mm") {
-            match text.parse::<Length>() {
-                Ok(length) => cx.edit(|d| d.square = Some(length)),
-                Err(_) if text.trim().is_empty() => cx.edit(|d| d.square = None),
-                Err(error) => cx.push(super::super::files::tell_bad(error.to_string())),
-            }
-        }
-        ui.label(text("Scales distances only, not the camera", font::regular(font::SMALL), t.text3));
-    });
+    }
+    ui.label(text("Scales distances only, not the camera", font::regular(font::SMALL), t.text3));
 }
 
 /// A labelled text field; answers its text when it was changed and left.
@@ -243,23 +269,22 @@ fn field(ui: &mut Ui, label: &str, id: &str, shown: &str, hint: &str) -> Option<
 }
 
 fn lens(cx: &mut Cx<'_>, ui: &mut Ui) {
-    let solved = cx.state.data.solved().map(|(_, s)| s.camera.model);
-    let model = cx.state.doc.model.or(solved);
-    let label = model.map_or("Lens", |m| m.spec().title);
     let quiet = if cx.state.doc.model.is_none() { "chosen" } else { "" };
-    chip(cx, ui, ["Lens", icon::APERTURE], label, quiet, |cx, ui| {
-        let t = cx.t;
-        ui.label(text("Lens", font::semibold(font::BODY), t.ink));
-        let now = cx.state.doc.model;
-        if ui.radio(now.is_none(), "The simplest that suffices").clicked() {
-            cx.edit(|d| d.model = None);
+    chip(cx, ui, ["Lens", icon::APERTURE], lens_words(cx), quiet, lens_settings);
+}
+
+/// The model, to be chosen.
+pub(super) fn lens_settings(cx: &mut Cx<'_>, ui: &mut Ui) {
+    ui.label(text("Lens", font::semibold(font::BODY), cx.t.ink));
+    let now = cx.state.doc.model;
+    if ui.radio(now.is_none(), "The simplest that suffices").clicked() {
+        cx.edit(|d| d.model = None);
+    }
+    for model in Model::ALL {
+        if ui.radio(now == Some(model), model.spec().title).clicked() {
+            cx.edit(|d| d.model = Some(model));
         }
-        for model in Model::ALL {
-            if ui.radio(now == Some(model), model.spec().title).clicked() {
-                cx.edit(|d| d.model = Some(model));
-            }
-        }
-    });
+    }
 }
 
 fn view(cx: &mut Cx<'_>, ui: &mut Ui) {
@@ -283,17 +308,22 @@ fn menu(cx: &mut Cx<'_>, ui: &mut Ui) {
     let response = icon_button(ui, cx.t, icon::LIST, "Menu", true);
     Popup::menu(&response).show(|ui| {
         ui.set_min_width(190.0);
-        ui.menu_button("View", |ui| view(cx, ui));
-        ui.separator();
-        if ui.button("Print a board…").clicked() {
-            cx.show(|s| s.dialog = Some(Dialog::Board));
-        }
-        if ui.button("Lab").on_hover_text("A scene whose camera is known, and what spoils it").clicked() {
-            cx.show(|s| s.lab = Some(lab::Part::Scene));
-        }
-        ui.separator();
-        if ui.add(egui::Button::new("Keyboard shortcuts").shortcut_text("?")).clicked() {
-            cx.show(|s| s.dialog = Some(Dialog::Shortcuts));
-        }
+        menu_items(cx, ui);
     });
+}
+
+/// What is seldom needed.
+pub(super) fn menu_items(cx: &mut Cx<'_>, ui: &mut Ui) {
+    ui.menu_button("View", |ui| view(cx, ui));
+    ui.separator();
+    if ui.button("Print a board…").clicked() {
+        cx.show(|s| s.dialog = Some(Dialog::Board));
+    }
+    if ui.button("Lab").on_hover_text("A scene whose camera is known, and what spoils it").clicked() {
+        cx.show(|s| s.lab = Some(lab::Part::Scene));
+    }
+    ui.separator();
+    if ui.add(egui::Button::new("Keyboard shortcuts").shortcut_text("?")).clicked() {
+        cx.show(|s| s.dialog = Some(Dialog::Shortcuts));
+    }
 }

@@ -208,3 +208,19 @@ fn an_unlocked_layout() {
     show(&mut window, Screen { unlocked: true, ..Screen::default() });
     picture(&mut window, "unlocked_light");
 }
+
+const PHONE: [f32; 2] = [390.0, 844.0];
+
+#[test]
+fn empty_on_a_phone() {
+    picture(&mut window(PHONE, Theme::Dark), "phone_empty");
+}
+
+#[test]
+fn on_a_phone() {
+    let mut window = demonstrated(PHONE, Theme::Dark);
+    picture(&mut window, "phone_dark");
+    let screen = window.state().state.screen.clone();
+    show(&mut window, Screen { center: PANELS[2].tile, ..screen });
+    picture(&mut window, "phone_errors");
+}

@@ -1,0 +1,118 @@
+// Measures the page: what is loaded, how soon it answers, and its speed beside the desktop program on one thread. Writes docs/web.md.
+//   trunk build --release && cargo build --release --no-default-features && node benches/web.mjs
+import { execFileSync } from 'node:child_process';
+import fs from 'node:fs';
+import os from 'node:os';
+import path from 'node:path';
+import zlib from 'node:zlib';
+import { browser, host } from '../tests/web/browser.mjs';
+
+const root = path.resolve(import.meta.dirname, '..');
+const dist = path.join(root, 'dist');
+const native = path.join(root, 'target/release/straightedge');
+const data = path.resolve(process.env.STRAIGHTEDGE_DATA ?? path.join(root, '../shared/data'));
+const SETS = ['opencv_left', 'learning_opencv_phone', 'udacity_lane', 'plantcv_gopro'];
+const RUNS = 3;
+
+const lines = [];
+const row = (...cells) => lines.push(`| ${cells.join(' | ')} |`);
+const number = (value, digits = 0) => value.toFixed(digits).replace(/\B(?=(\d{3})+(?!\d))/g, ',');
+const least = list => Math.min(...list);
+
+// 1. What is loaded.
+const files = fs.readdirSync(dist, { recursive: true }).map(f => path.join(dist, f)).filter(f => fs.statSync(f).isFile());
+const kinds = [['page (wasm)', f => /straightedge.*\.wasm$/.test(f)], ['workers (wasm)', f => f.endsWith('worker_bg.wasm')], ['all else', () => true]];
+const rest = new Set(files), sums = [0, 0, 0];
+lines.push('## What is loaded', '');
+row('', 'raw', 'gzip -9', 'brotli 11');
+row('---', '--:', '--:', '--:');
+for (const [name, fits] of kinds) {
+  const sizes = [0, 0, 0];
+  for (const file of [...rest].filter(fits)) {
+    rest.delete(file);
+    const bytes = fs.readFileSync(file);
+    const quality = { params: { [zlib.constants.BROTLI_PARAM_QUALITY]: 11, [zlib.constants.BROTLI_PARAM_SIZE_HINT]: bytes.length } };
+    [bytes.length, zlib.gzipSync(bytes, { level: 9 }).length, zlib.brotliCompressSync(bytes, quality).length].forEach((n, i) => { sizes[i] += n; sums[i] += n; });
+  }
+  row(name, ...sizes.map(n => number(n)));
+}
+row('**all**', ...sums.map(n => `**${number(n)}**`));
+
+// 2. How soon it answers: from the start of the navigation to the first picture that hears clicks.
+const site = await host(dist);
+const first = async (b, query) => {
+  const page = await b.open(`${site.url}?seen=1${query}`);
+  await page.see('Open folder…');
+  const ms = await page.page.evaluate(() => performance.getEntriesByName('first frame')[0].startTime);
+  await page.close();
+  return ms;
+};
+const cold = [], warm = [];
+for (let i = 0; i < RUNS; i++) {
+  const b = await browser();
+  cold.push(await first(b, ''));
+  warm.push(await first(b, ''));
+  await b.close();
+}
+lines.push('', '## How soon it answers', '', `First frame that hears clicks, from a host on this machine: ${number(least(cold))} ms at the first visit, ${number(least(warm))} ms at the second (least of ${RUNS}).`);
+
+// 3. Beside the desktop program.
+lines.push('', '## Speed', '', 'Wall time in ms, least of ' + RUNS + ' runs that took turns: reading and detection summed over the pictures, and the calibration.', '');
+row('set', 'pictures', 'read, native', 'read, browser', 'ratio', 'detect, native', 'detect, browser', 'ratio', 'calibrate, native', 'calibrate, browser', 'ratio', 'whole ratio');
+row('---', ...Array(11).fill('--:'));
+for (const set of SETS.filter(set => fs.existsSync(path.join(data, set)))) {
+  const folder = path.join(data, set), times = { native: [], web: [] };
+  let pictures = 0;
+  for (let i = 0; i < RUNS; i++) {
+    const report = JSON.parse(execFileSync(native, ['calibrate', folder, '--json', '--threads', '1'], { encoding: 'utf8', maxBuffer: 1 << 28, stdio: ['ignore', 'pipe', 'ignore'] }));
+    times.native.push(report.timing_ms);
+    pictures = report.frames.length;
+    const b = await browser({ script: 'Object.defineProperty(navigator, "hardwareConcurrency", { value: 1 })' });
+    const page = await b.open(`${site.url}?seen=1`);
+    await page.give('Open folder…', folder);
+    await page.gone('Cancel', 600000);
+    await page.see('px RMS fit');
+    await page.click('Export…');
+    await page.click(node => (node.label || node.value) === 'Straightedge JSON');
+    times.web.push(JSON.parse((await page.download('Save…')).bytes).timing_ms);
+    await b.close();
+  }
+  const of = (list, part) => least(list.map(t => t[part]));
+  const cells = ['read', 'detect', 'calibrate'].flatMap(part => {
+    const [n, w] = [of(times.native, part), of(times.web, part)];
+    return [number(n), number(w), (w / n).toFixed(2)];
+  });
+  const whole = list => least(list.map(t => t.read + t.detect + t.calibrate));
+  row(set, pictures, ...cells, `**${(whole(times.web) / whole(times.native)).toFixed(2)}**`);
+}
+// 4. What the page and its memory do meanwhile.
+const set = path.join(data, 'udacity_lane');
+if (fs.existsSync(set)) {
+  const photographs = fs.readdirSync(set).filter(f => /\.jpe?g$/i.test(f));
+  const b = await browser();
+  const page = await b.open(`${site.url}?theme=dark`);
+  await page.page.waitForSelector('body[data-state=ready]');
+  await page.page.evaluate(() => {
+    window.long = [];
+    new PerformanceObserver(list => window.long.push(...list.getEntries().map(e => e.duration))).observe({ type: 'longtask' });
+  });
+  // Fifty photographs, and as many of 12 megapixels as a test of memory.
+  await page.drop(Array.from({ length: 50 }, (_, i) => [`${i}.jpg`, fs.readFileSync(path.join(set, photographs[i % photographs.length]))]));
+  const kept = () => page.page.evaluate(() => new Promise(done => {
+    const request = indexedDB.open('straightedge', 1);
+    request.onsuccess = () => {
+      const all = request.result.transaction('session').objectStore('session').getAllKeys();
+      all.onsuccess = () => { request.result.close(); done(all.result.length); };
+    };
+  }));
+  while (await kept() < 51) await page.page.waitForTimeout(200);
+  await page.page.waitForTimeout(1000);
+  const long = (await page.page.evaluate(() => window.long)).sort((a, b) => b - a);
+  lines.push('', '## The page meanwhile', '', `Tasks of the page above 50 ms while 50 photographs are detected and solved: ${long.length}${long.length ? `, the longest ${number(long[0])} ms` : ''}.`);
+  await b.close();
+}
+site.close();
+const chromium = execFileSync(process.env.CHROMIUM ?? '/usr/bin/chromium', ['--version'], { encoding: 'utf8' }).trim();
+const head = `# The page, measured\n\nWritten by \`node benches/web.mjs\` (its head says what to build before) on ${os.cpus()[0].model}, ${chromium}, WebGL by SwiftShader, ${new Date().toISOString().slice(0, 10)}. The browser's pictures go through one worker, the desktop program runs with \`--threads 1\`.\n\n`;
+fs.writeFileSync(path.join(root, 'docs/web.md'), head + lines.join('\n') + '\n');
+console.log(lines.join('\n'));

@@ -1,0 +1,131 @@
+//! The page: the same application in a canvas.
+
+mod seen;
+
+use wasm_bindgen::{JsCast as _, JsValue, prelude::wasm_bindgen};
+use web_sys::{HtmlCanvasElement, UrlSearchParams};
+
+use super::{
+    App,
+    action::{Action, demo},
+    home,
+    panels::PANELS,
+};
+
+#[wasm_bindgen(module = "/web/page.js")]
+extern "C" {
+    /// The first picture is drawn: the loading page goes.
+    fn ready();
+    /// The page cannot go on: says why, in words.
+    fn broken(why: &str);
+}
+
+/// Takes the loading page away once there is something to see.
+#[derive(Default)]
+struct FirstFrame(bool);
+
+impl egui::Plugin for FirstFrame {
+    fn debug_name(&self) -> &'static str {
+        "first frame"
+    }
+
+    fn output_hook(&mut self, _: &egui::Context, _: &mut egui::FullOutput) {
+        if !std::mem::replace(&mut self.0, true) {
+            ready();
+        }
+    }
+}
+
+/// What the address asks for: `?demo=seed`, `?view=errors`, `?theme=light`, and `?seen=1` for tests.
+struct Wishes(Option<UrlSearchParams>);
+
+impl Wishes {
+    fn read() -> Self {
+        let search = web_sys::window().and_then(|w| w.location().search().ok()).unwrap_or_default();
+        Self(UrlSearchParams::new_with_str(&search).ok())
+    }
+
+    fn get(&self, name: &str) -> Option<String> {
+        self.0.as_ref()?.get(name)
+    }
+
+    /// Makes a new application as it was asked for.
+    fn grant(&self, app: &mut App, ctx: &egui::Context) {
+        match self.get("theme").as_deref() {
+            Some("light") => ctx.set_theme(egui::Theme::Light),
+            Some("dark") => ctx.set_theme(egui::Theme::Dark),
+            _ => {}
+        }
+        if self.demo() {
+            app.act(Action::Open(demo()));
+        }
+        let panel = self.get("view").and_then(|view| {
+            PANELS.iter().find(|p| [p.title, p.page_title].iter().any(|n| n.eq_ignore_ascii_case(&view)))
+        });
+        if let Some(panel) = panel {
+            let mut screen = app.state.screen.clone();
+            screen.center = panel.tile;
+            app.act(Action::Show(Box::new(screen)));
+        }
+    }
+
+    fn demo(&self) -> bool {
+        self.get("demo").as_deref() == Some("seed")
+    }
+}
+
+thread_local! {
+    static RUNNER: eframe::WebRunner = eframe::WebRunner::new();
+}
+
+/// A worker has said something. A page that is not looked at draws no frames: there it is heard at once, so that work goes on.
+pub(super) fn wake(ctx: &egui::Context) {
+    ctx.request_repaint();
+    if web_sys::window().and_then(|w| w.document()).is_some_and(|d| d.hidden()) {
+        let runner = RUNNER.with(Clone::clone);
+        wasm_bindgen_futures::spawn_local(async move {
+            if let Some(mut app) = runner.app_mut::<App>() {
+                app.advance();
+            }
+        });
+    }
+}
+
+/// Starts the application in the canvas of the page.
+pub fn start() {
+    // A crash is told in words too; what was done is kept (`home`).
+    std::panic::set_hook(Box::new(|panic| {
+        console_error_panic_hook::hook(panic);
+        broken(
+            "Straightedge has crashed, which is a mistake in it. What you did is kept: load the page again.",
+        );
+    }));
+    wasm_bindgen_futures::spawn_local(async {
+        if let Err(error) = run().await {
+            let message = js_sys::Reflect::get(&error, &"message".into()).ok().and_then(|m| m.as_string());
+            broken(&error.as_string().or(message).unwrap_or_default());
+        }
+    });
+}
+
+async fn run() -> Result<(), JsValue> {
+    let document = web_sys::window().and_then(|w| w.document()).ok_or("there is no page")?;
+    let canvas = document.get_element_by_id("app").ok_or("the page has no canvas")?;
+    let canvas: HtmlCanvasElement = canvas.dyn_into().map_err(|_| "the page has no canvas")?;
+    let make = |cc: &eframe::CreationContext<'_>| {
+        let wishes = Wishes::read();
+        if wishes.get("seen").is_some() {
+            seen::install(&cc.egui_ctx);
+        }
+        // A demo leaves alone what was open at the last visit.
+        let place = if wishes.demo() { None } else { home::place(super::ID) };
+        let mut app = App::on(&cc.egui_ctx, Vec::new(), place);
+        app.keep_layout(cc);
+        app.inbox.watch();
+        wishes.grant(&mut app, &cc.egui_ctx);
+        cc.egui_ctx.add_plugin(FirstFrame::default());
+        Ok(Box::new(app) as Box<dyn eframe::App>)
+    };
+    let runner = RUNNER.with(Clone::clone);
+    runner.start(canvas, eframe::WebOptions::default(), Box::new(make)).await
+}

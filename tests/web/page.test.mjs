@@ -1,0 +1,278 @@
+// The page as a user meets it, in a real browser: run by ./test after `trunk build --release`.
+//   DIST       the built page                     (dist)
+//   NATIVE     the desktop program, to compare    (target/debug/straightedge)
+//   STRAIGHTEDGE_DATA   real photographs; what needs them is skipped without
+//   UPDATE_SNAPSHOTS=1  accepts the pictures of this run
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import fs from 'node:fs';
+import os from 'node:os';
+import path from 'node:path';
+import { after, before, test } from 'node:test';
+import { browser, differing, host } from './browser.mjs';
+
+const here = import.meta.dirname;
+const root = path.resolve(here, '../..');
+const dist = path.resolve(process.env.DIST ?? path.join(root, 'dist'));
+const native = path.resolve(process.env.NATIVE ?? path.join(root, 'target/debug/straightedge'));
+const data = path.resolve(process.env.STRAIGHTEDGE_DATA ?? path.join(root, '../shared/data'));
+const left = path.join(data, 'opencv_left');
+const photographs = fs.existsSync(left) ? {} : { skip: `no photographs in ${data}` };
+const scratch = fs.mkdtempSync(path.join(os.tmpdir(), 'straightedge-test-'));
+
+let site;
+before(async () => { site = await host(dist); });
+after(() => { site.close(); fs.rmSync(scratch, { recursive: true, force: true }); });
+
+// A test in a browser of its own: at its end nothing has gone wrong in the console and nothing was asked of another host.
+function inBrowser(name, options, run) {
+  test(name, { timeout: 300000, ...options }, async () => {
+    const b = await browser(options);
+    try {
+      await run(b);
+      assert.deepEqual(b.log.filter(line => !(options.expected ?? []).some(e => line.includes(e))), [], 'console');
+      assert.deepEqual(b.asked.filter(url => !url.startsWith(site.url) && !/^(blob|data):/.test(url)), [], 'foreign requests');
+    } finally { await b.close(); }
+  });
+}
+
+const address = query => `${site.url}?seen=1&${query}`;
+const solved = page => page.see(node => /^\d+(\.\d+)? px RMS fit$/.test(words(node)), 120000);
+const idle = page => page.gone('Cancel', 120000);
+
+// The picture of a page beside the accepted one.
+async function looks(b, page, name) {
+  const picture = await page.picture(path.join(scratch, `${name}.png`));
+  const accepted = path.join(here, 'snapshots', `${name}.png`);
+  if (process.env.UPDATE_SNAPSHOTS) {
+    fs.mkdirSync(path.dirname(accepted), { recursive: true });
+    return fs.writeFileSync(accepted, picture);
+  }
+  const share = await differing(b.context, picture, fs.readFileSync(accepted));
+  if (share > 0.002) fs.copyFileSync(path.join(scratch, `${name}.png`), path.join(here, 'snapshots', `${name}.new.png`));
+  assert.ok(share <= 0.002, `${name} looks different: ${(100 * share).toFixed(2)} % of its pixels (${name}.new.png)`);
+}
+
+// The whole result, through the export dialog.
+async function exported(page) {
+  await page.click('Export…');
+  await page.click(node => words(node) === 'Straightedge JSON');
+  const file = await page.download('Save…');
+  await page.click('Close');
+  return file;
+}
+const words = node => node.label || node.value;
+
+function run(...args) {
+  return JSON.parse(execFileSync(native, args, { maxBuffer: 1 << 28, encoding: 'utf8' }));
+}
+
+inBrowser('the empty page', {}, async b => {
+  const page = await b.open(address('theme=dark'));
+  await page.see('Drop a folder of board pictures here');
+  await looks(b, page, 'empty');
+});
+
+inBrowser('the demo', {}, async b => {
+  const page = await b.open(address('demo=seed&theme=dark'));
+  await solved(page);
+  await page.see('of 15 used');
+  await idle(page);
+  await looks(b, page, 'demo');
+  const camera = JSON.parse((await exported(page)).bytes);
+  assert.equal(camera.frames.length, 15);
+});
+
+inBrowser('address: a view and the light theme', {}, async b => {
+  const page = await b.open(address('demo=seed&view=errors&theme=light'));
+  await solved(page);
+  await idle(page);
+  await looks(b, page, 'errors_light');
+});
+
+inBrowser('photographs: calibrated, exported, the same as the desktop program', photographs, async b => {
+  const page = await b.open(address('theme=dark'));
+  await page.give('Open folder…', left);
+  await solved(page);
+  await idle(page);
+  const file = await exported(page);
+  assert.equal(file.name, 'camera.json');
+  const report = JSON.parse(file.bytes);
+  const copy = path.join(scratch, 'page.json');
+  fs.writeFileSync(copy, file.bytes);
+  // From the same corners: the same numbers.
+  const same = run('calibrate', '--corners', copy, '--json');
+  near(report.camera, same.camera, value => 1e-9 * Math.max(Math.abs(value), 1));
+  near(report.uncertainty.sigma, same.uncertainty.sigma, value => 1e-9 * Math.max(Math.abs(value), 1));
+  // The whole job, from the photographs: the same within a thousandth of σ.
+  const whole = run('calibrate', left, '--json');
+  assert.deepEqual(report.frames.map(f => f.corners.length), whole.frames.map(f => f.corners.length));
+  const sigma = whole.uncertainty.sigma;
+  near(report.camera, whole.camera, (_, at) => 1e-3 * (sigma[at] ?? 0) + 1e-9);
+});
+
+// Every number below `one` beside the same of `other`.
+function near(one, other, allowed, at = '') {
+  if (typeof other === 'number') {
+    assert.ok(Math.abs(one - other) <= allowed(other, at), `${at}: ${one} beside ${other}`);
+  } else if (other && typeof other === 'object') {
+    for (const key of Object.keys(other)) near(one?.[key], other[key], allowed, key);
+  } else {
+    assert.deepEqual(one, other, at);
+  }
+}
+
+inBrowser('a session is there again after a reload, and finds its photographs by their bytes', photographs, async b => {
+  const page = await b.open(address('theme=dark'));
+  await page.give('Open folder…', left);
+  await solved(page);
+  await idle(page);
+  const before = words(await solved(page));
+  await page.click(node => node.role === 'CheckBox' && words(node) === 'Set aside left02');
+  await page.see('of 13 used');
+  await page.see(node => words(node) === '12 of 13 used', 60000);
+  // It is kept a second after the last change.
+  await page.page.waitForTimeout(2500);
+  await page.page.reload();
+  await page.see(node => words(node) === '12 of 13 used', 60000);
+  await page.see('13 pictures of the session cannot be found');
+  await page.click(node => words(node) === 'Use left02');
+  await page.see(node => words(node) === '13 of 13 used', 60000);
+  assert.equal(words(await solved(page)), before);
+  // The same photographs under other names in another folder.
+  const moved = path.join(scratch, 'moved');
+  fs.mkdirSync(moved);
+  fs.readdirSync(left).filter(f => f.endsWith('.jpg')).forEach((f, i) => fs.copyFileSync(path.join(left, f), path.join(moved, `photo ${99 - i}.jpg`)));
+  await page.give('Where are they?', moved);
+  await page.see('photo 99');
+  await page.gone('cannot be found');
+});
+
+inBrowser('without a network, and the next version', {}, async b => {
+  let page = await b.open(address('demo=seed'));
+  await solved(page);
+  await page.page.evaluate(async () => (await navigator.serviceWorker.ready).active.state);
+  await page.page.reload();
+  await solved(page);
+  site.down = true;
+  try {
+    await b.context.setOffline(true);
+    await page.page.reload();
+    await solved(page);
+    await idle(page);
+    await page.close();
+    page = await b.open(address('demo=seed'));
+    await solved(page);
+  } finally {
+    site.down = false;
+    await b.context.setOffline(false);
+  }
+});
+
+inBrowser('a worker that crashes costs one picture', photographs, async b => {
+  const page = await b.open(address('theme=dark'));
+  await page.see('Open folder…');
+  // The next request that names this picture reaches its worker as something that it cannot read.
+  await page.page.evaluate(() => {
+    const post = Worker.prototype.postMessage;
+    Worker.prototype.postMessage = function (message, ...rest) {
+      if (message?.path?.endsWith('left05.jpg')) message = {};
+      return post.call(this, message, ...rest);
+    };
+  });
+  await page.give('Open folder…', left);
+  await page.see(node => words(node) === '12 of 13 used', 120000);
+  await idle(page);
+  assert.match(words(await page.see(node => node.role === 'ListItem' && words(node).startsWith('left05 '))), /crash/);
+});
+
+inBrowser('cancel: what has been found stays', photographs, async b => {
+  const page = await b.open(address('theme=dark'));
+  const many = path.join(scratch, 'many');
+  fs.mkdirSync(many);
+  for (let copy = 0; copy < 6; copy++) {
+    for (const f of fs.readdirSync(left).filter(f => f.endsWith('.jpg'))) fs.copyFileSync(path.join(left, f), path.join(many, `${copy} ${f}`));
+  }
+  await page.give('Open folder…', many);
+  await solved(page);
+  await page.click('Cancel');
+  await page.see('Go on');
+  await page.page.waitForTimeout(500);
+  const reading = (await page.nodes()).filter(n => n.role === 'ListItem' && words(n).includes('not read yet')).length;
+  await page.page.waitForTimeout(500);
+  assert.equal((await page.nodes()).filter(n => n.role === 'ListItem' && words(n).includes('not read yet')).length, reading);
+  await page.click('Go on');
+  await idle(page);
+});
+
+inBrowser('what is no picture says so in a sentence, and costs nothing else', photographs, async b => {
+  const page = await b.open(address('theme=dark'));
+  await page.give('Open folder…', left);
+  await solved(page);
+  await idle(page);
+  const box = brand => Buffer.concat([Buffer.from([0, 0, 0, 24]), Buffer.from(`ftyp${brand}`), Buffer.alloc(12)]);
+  await page.drop([
+    ['clip.mp4', box('isom')], ['phone.heic', box('heic')], ['notes.txt', 'no picture'], ['empty.png', ''],
+    ['cut.jpg', fs.readFileSync(path.join(left, 'left01.jpg')).subarray(0, 3000)],
+  ]);
+  const says = async (name, why) => assert.match(words(await page.see(node => node.role === 'ListItem' && words(node).startsWith(name) && !words(node).includes('not read yet'))), why);
+  await says('clip ', /is a video/);
+  await says('phone ', /HEIC.*export/);
+  await says('notes ', /not a picture|no picture|text/i);
+  await says('empty ', /empty/);
+  await says('cut ', /cut short|damaged/);
+  await page.see('of 18 used');
+});
+
+inBrowser('a file of 500 MB', {}, async b => {
+  const page = await b.open(address('theme=dark'));
+  await page.see('Open folder…');
+  await page.page.evaluate(() => {
+    const part = new Uint8Array(50e6);
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([Uint8Array.of(137, 80, 78, 71, 13, 10, 26, 10), ...Array(10).fill(part)], 'huge.png'));
+    document.querySelector('canvas').dispatchEvent(new DragEvent('drop', { dataTransfer: transfer, bubbles: true, cancelable: true }));
+  });
+  assert.match(words(await page.see(node => node.role === 'ListItem' && words(node).includes('more than a browser tab opens'))), /500 MB/);
+});
+
+const BROKEN = 'Object.defineProperty(window, "indexedDB", { get() { throw new DOMException("no", "SecurityError"); } })';
+inBrowser('a private window without a database', { script: BROKEN }, async b => {
+  const page = await b.open(address(''));
+  await page.see('keeps nothing between visits');
+  await page.click('Try the demo');
+  await solved(page);
+});
+
+const FULL = 'IDBObjectStore.prototype.put = function () { throw new DOMException("full", "QuotaExceededError"); }';
+inBrowser('a database that is full', { script: FULL }, async b => {
+  const page = await b.open(address(''));
+  await page.click('Try the demo');
+  await page.see('gives no more room');
+  const file = await page.download('Save the session');
+  assert.equal(JSON.parse(file.bytes).document.frames.length, 15);
+});
+
+inBrowser('a second tab keeps out of the way of the first', {}, async b => {
+  await (await b.open(address(''))).see('Open folder…');
+  await (await b.open(address(''))).see('open in another tab');
+});
+
+inBrowser('the graphics card is taken away', {}, async b => {
+  const page = await b.open(address('demo=seed'));
+  await solved(page);
+  await page.page.evaluate(() => document.querySelector('canvas').getContext('webgl2').getExtension('WEBGL_lose_context').loseContext());
+  await page.page.waitForSelector('#loading:not([hidden])');
+  assert.match(await page.page.textContent('#words'), /graphics card.*load the page again/);
+});
+
+for (const [name, script, why] of [
+  ['WebGL', 'HTMLCanvasElement.prototype.getContext = () => null', /needs? ?.*WebGL|draws with WebGL/],
+  ['WebAssembly', 'delete window.WebAssembly', /needs WebAssembly/],
+]) {
+  inBrowser(`a browser without ${name}`, { script }, async b => {
+    const page = await b.open(address(''));
+    await page.page.waitForSelector('body[data-state=broken]');
+    assert.match(await page.page.textContent('#words'), why);
+  });
+}
