@@ -39,10 +39,10 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     })
 }
 
-/// Writes a file as [`write`], with the folders above it.
+/// Writes a file as [`write()`], with the folders above it.
 ///
 /// # Errors
-/// Those of [`folder`] and [`write`].
+/// Those of [`folder`] and [`write()`].
 pub fn file(path: &Path, bytes: &[u8]) -> Result<()> {
     path.parent().map_or(Ok(()), folder)?;
     write(path, bytes)

@@ -6,7 +6,7 @@ mod field;
 mod scatter;
 mod tilt;
 
-use egui::{Rect, Ui, pos2};
+use egui::{Rect, Ui, pos2, vec2};
 
 use super::{Page, Panel, Tile, part};
 use crate::app::{
@@ -36,6 +36,8 @@ pub const PANEL: Panel = Panel {
     switches,
 };
 
+/// Below this width the parts of the overview stand below each other.
+const NARROW: f32 = 480.0;
 /// What an empty errors page says.
 const NOTHING: &str = "Errors appear here when a camera was found.";
 
@@ -72,6 +74,15 @@ fn overview(cx: &mut Cx<'_>, ui: &mut Ui) {
         return empty(ui, cx.t, NOTHING);
     }
     let all = ui.available_rect_before_wrap();
+    if all.width() < NARROW {
+        let part_of = |i: f32| {
+            let height = all.height() / 3.0;
+            Rect::from_min_size(all.min + vec2(0.0, i * height), vec2(all.width(), height - 10.0))
+        };
+        bars::show(cx, &mut part(ui, "bars", part_of(0.0)));
+        distribution::show(cx, &mut part(ui, "distribution", part_of(1.0)));
+        return field::show(cx, &mut part(ui, "field", part_of(2.0)));
+    }
     let half = all.top() + all.height() * 0.52;
     bars::show(cx, &mut part(ui, "bars", Rect::from_min_max(all.min, pos2(all.right(), half - 6.0))));
     let below = Rect::from_min_max(pos2(all.left(), half + 2.0), all.max);

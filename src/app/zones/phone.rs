@@ -1,5 +1,5 @@
-//! The same on a narrow screen: one column, made for thumbs. The picture, the film of all pictures, the answer, and the panels
-//! along the lower edge.
+//! The same on a narrow screen: one column, made for thumbs. The picture, the film of all pictures and the answer, or a panel; all
+//! panels along the lower edge.
 
 use egui::{Align2, Frame, Margin, Panel, Popup, Rect, Sense, Stroke, Ui, pos2, vec2};
 
@@ -7,7 +7,7 @@ use super::{answer, center, pictures, strip, top};
 use crate::app::{
     action::Action,
     cx::Cx,
-    panels::PANELS,
+    panels::{PANELS, Tile},
     screen::{Dialog, ExportPart},
     style::{font, icon},
     widgets::{icon_button, named, primary},
@@ -32,6 +32,9 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     if reading {
         let frame = bar(Margin::symmetric(8, 0));
         Panel::top("phone strip").exact_size(28.0).frame(frame).show(ui, |ui| strip::show(cx, ui));
+    }
+    if cx.state.screen.center != Tile::Picture {
+        return drop(egui::CentralPanel::no_frame().show(ui, |ui| center::show(cx, ui)));
     }
     // The picture gets its usual shape, and never so much that nothing is left for the answer.
     let height = (all.x * 0.75).min(all.y * 0.42);
