@@ -33,6 +33,7 @@ pub mod format;
 pub mod homography;
 pub mod html;
 pub mod image;
+pub mod json;
 pub mod named;
 pub mod number;
 pub mod observation;

@@ -69,6 +69,11 @@ pub(super) fn actions(state: &State, ui: &Ui) -> Vec<Action> {
             if pressed(Key::ArrowUp) {
                 step(state, &mut screen, -1);
             }
+            for (key, by) in [(Key::ArrowLeft, -1), (Key::ArrowRight, 1)] {
+                if pressed(key) {
+                    step_corner(state, &mut screen, by);
+                }
+            }
             if pressed(Key::Space)
                 && let Some(id) = state.selected()
             {
@@ -112,5 +117,14 @@ fn step(state: &State, screen: &mut Screen, by: isize) {
     let next = at.map_or(0, |i| i.saturating_add_signed(by).min(rows.len().saturating_sub(1)));
     if let Some(row) = rows.get(next) {
         (screen.selected, screen.corner) = (Some(row.id), None);
+    }
+}
+
+/// Selects the corner before or after on the board, around its end.
+fn step_corner(state: &State, screen: &mut Screen, by: isize) {
+    let frame = state.selected().and_then(|id| state.data.answer.as_deref()?.frame(id));
+    if let Some((frame, at)) = frame.and_then(|f| Some((f, state.corner_of(f)?))) {
+        let next = (at as isize + by).rem_euclid(frame.corners.len() as isize);
+        screen.corner = Some(frame.corners[next as usize].index);
     }
 }

@@ -290,6 +290,16 @@ impl State {
         })
     }
 
+    /// Position in the list of corners of the one that is selected, otherwise of the one with the largest error.
+    pub fn corner_of(&self, frame: &FrameReport) -> Option<usize> {
+        let chosen = self.screen.corner;
+        if let Some(i) = chosen.and_then(|index| frame.corners.iter().position(|c| c.index == index)) {
+            return Some(i);
+        }
+        let worst = frame.errors_px().enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i);
+        worst.or_else(|| (!frame.corners.is_empty()).then_some(0))
+    }
+
     /// How much longer residuals are drawn: as chosen, or so that large ones reach a fair part of a square.
     pub fn times(&self) -> f64 {
         let fitting = || {

@@ -245,9 +245,10 @@ fn fonts() -> FontDefinitions {
         fonts.families.insert(family, first.iter().map(|n| (*n).to_owned()).collect());
     };
     family(FontFamily::Proportional, &["plex", "icons"]);
-    family(FontFamily::Monospace, &["plex-mono", "icons"]);
-    family(FontFamily::Name("medium".into()), &["plex-medium", "icons"]);
-    family(FontFamily::Name("semibold".into()), &["plex-semibold", "icons"]);
+    // These three have Latin alone: names in other letters are shown in the regular weight.
+    family(FontFamily::Monospace, &["plex-mono", "plex", "icons"]);
+    family(FontFamily::Name("medium".into()), &["plex-medium", "plex", "icons"]);
+    family(FontFamily::Name("semibold".into()), &["plex-semibold", "plex", "icons"]);
     family(FontFamily::Name("icons-fill".into()), &["icons-fill", "icons"]);
     fonts
 }

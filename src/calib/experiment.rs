@@ -96,7 +96,6 @@ impl Experiment {
             })
             .collect();
         let results = Results { columns: columns?, claims: &self.claims, ablations: &self.effects };
-        let text = serde_json::to_string_pretty(&results);
-        text.map(|t| t + "\n").map_err(|e| Error::Invalid(format!("the results cannot be written: {e}")))
+        Ok(super::json::text(&results))
     }
 }

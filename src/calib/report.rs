@@ -18,6 +18,7 @@ use super::{
     camera::{Camera, Model},
     detect::Refinement,
     figure::Bar,
+    json,
     named::Named,
     observation::Corner,
     pose::Pose,
@@ -382,8 +383,7 @@ pub struct Timing {
 impl Report {
     /// Writes the JSON.
     pub fn to_json(&self) -> String {
-        // Fails only for keys that are not text, and there are none.
-        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+        json::text(self)
     }
 
     /// Reads the JSON.
@@ -394,9 +394,11 @@ impl Report {
         let wrong = |e: serde_json::Error| Error::format("straightedge", e.to_string());
         let mut report: Self = serde_json::from_str(text).map_err(wrong)?;
         // A flattened option is `None` where one of its fields is wrong: say which.
-        let value: serde_json::Value = serde_json::from_str(text).map_err(wrong)?;
-        if report.solution.is_none() && value.get("camera_matrix").is_some() {
-            report.solution = Some(serde_json::from_value(value).map_err(wrong)?);
+        if report.solution.is_none() {
+            let value: serde_json::Value = serde_json::from_str(text).map_err(wrong)?;
+            if value.get("camera_matrix").is_some() {
+                report.solution = Some(serde_json::from_str(text).map_err(wrong)?);
+            }
         }
         Ok(report)
     }

@@ -10,7 +10,7 @@ use crate::{
         Result,
         calibrate::pose_of,
         camera::Camera,
-        detect,
+        detect, json,
         report::{FrameReport, FrameState},
         stats,
         target::{BoardSize, Target, Unit},
@@ -87,8 +87,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     };
     if args.json {
         let poses = Poses { version: env!("CARGO_PKG_VERSION"), settings, camera, frames };
-        // Fails only for keys that are not text, and there are none.
-        print(&(serde_json::to_string_pretty(&poses).unwrap_or_default() + "\n"))?;
+        print(&json::text(&poses))?;
     } else {
         print(&table(&frames, unit))?;
     }

@@ -20,7 +20,10 @@ use std::{
     path::Path,
 };
 
-use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+use image::{
+    ImageDecoder, ImageError, ImageReader, ImageResult, Limits,
+    codecs::{bmp::BmpDecoder, png::PngDecoder, pnm::PnmDecoder, webp::WebPDecoder},
+};
 use serde::{Deserialize, Serialize};
 use siphasher::sip128::{Hasher128, SipHasher13};
 use std::hash::Hasher;
@@ -147,13 +150,12 @@ fn pixels(
     let photo = match format {
         Format::Jpeg => jpeg::decode(bytes, colours, notes)?,
         Format::Tiff => tiff::decode(bytes, notes)?,
-        Format::Png | Format::Bmp | Format::WebP | Format::Pnm => {
-            if let Some(frames) = sniff::animation(bytes, format) {
-                notes.push(format!("an animation of {frames} frames: only the first was used"));
-            }
-            common(bytes, format)
-                .map_err(|e| if sniff::shorter_than_it_says(bytes) { cut_short(format) } else { e })?
+        Format::Png => {
+            common(bytes, format, notes, |at, most| Ok(Box::new(PngDecoder::with_limits(at, most)?)))?
         }
+        Format::Bmp => common(bytes, format, notes, |at, _| Ok(Box::new(BmpDecoder::new(at)?)))?,
+        Format::WebP => common(bytes, format, notes, |at, _| Ok(Box::new(WebPDecoder::new(at)?)))?,
+        Format::Pnm => common(bytes, format, notes, |at, _| Ok(Box::new(PnmDecoder::new(at)?)))?,
     };
     Ok(match colours {
         Colours::Gray if photo.channels > 1 => gray(&photo),
@@ -161,25 +163,41 @@ fn pixels(
     })
 }
 
+/// A decoder of the `image` crate, by name: asked for by format, those of JPEG and TIFF would be in the program a second time.
+type Opened<'a> = fn(Cursor<&'a [u8]>, Limits) -> ImageResult<Box<dyn ImageDecoder + 'a>>;
+
 /// What the `image` crate reads without help.
-fn common(bytes: &[u8], format: Format) -> std::result::Result<Photo, String> {
-    let kind = match format {
-        Format::Png => ImageFormat::Png,
-        Format::Bmp => ImageFormat::Bmp,
-        Format::WebP => ImageFormat::WebP,
-        Format::Pnm => ImageFormat::Pnm,
-        Format::Jpeg => ImageFormat::Jpeg,
-        Format::Tiff => ImageFormat::Tiff,
+fn common<'a>(
+    bytes: &'a [u8],
+    format: Format,
+    notes: &mut Vec<String>,
+    open: Opened<'a>,
+) -> std::result::Result<Photo, String> {
+    if let Some(frames) = sniff::animation(bytes, format) {
+        notes.push(format!("an animation of {frames} frames: only the first was used"));
+    }
+    let failed = |error: ImageError| {
+        if sniff::shorter_than_it_says(bytes) { cut_short(format) } else { failure(&error, format) }
     };
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), kind);
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(MAX_BYTES);
-    reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(|e| failure(&e, format))?;
+    let mut decoder = open(Cursor::new(bytes), limits.clone()).map_err(failed)?;
+    decoder.set_limits(limits).map_err(failed)?;
     let (width, height) = decoder.dimensions();
     check_size(width.into(), height.into(), decoder.color_type().bytes_per_pixel().into())?;
-    let image = DynamicImage::from_decoder(decoder).map_err(|e| failure(&e, format))?;
-    from_dynamic(image)
+    let color = decoder.color_type();
+    let channels = usize::from(color.channel_count());
+    let bits = 8 * usize::from(color.bytes_per_pixel()) / channels;
+    let mut bytes = vec![0; decoder.total_bytes() as usize];
+    decoder.read_image(&mut bytes).map_err(failed)?;
+    let samples = match bits {
+        8 => Samples::U8(bytes),
+        16 => Samples::U16(bytes.chunks_exact(2).map(|v| u16::from_ne_bytes([v[0], v[1]])).collect()),
+        _ => {
+            return Err("floating-point samples are not read: save it with 8 or 16 bits a channel".to_owned());
+        }
+    };
+    Ok(Photo { width: width as usize, height: height as usize, channels, samples })
 }
 
 /// Refuses what would not fit into memory, before it is decoded.
@@ -197,25 +215,6 @@ fn check_size(width: u64, height: u64, bytes_per_pixel: u64) -> std::result::Res
 fn too_large(what: &str) -> String {
     let most = MAX_PIXELS / 1_000_000;
     format!("{what} is more than this program opens ({most} megapixels): give a smaller copy")
-}
-
-fn from_dynamic(image: DynamicImage) -> std::result::Result<Photo, String> {
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    let channels = usize::from(image.color().channel_count());
-    let samples = match image {
-        DynamicImage::ImageLuma8(b) => Samples::U8(b.into_raw()),
-        DynamicImage::ImageLumaA8(b) => Samples::U8(b.into_raw()),
-        DynamicImage::ImageRgb8(b) => Samples::U8(b.into_raw()),
-        DynamicImage::ImageRgba8(b) => Samples::U8(b.into_raw()),
-        DynamicImage::ImageLuma16(b) => Samples::U16(b.into_raw()),
-        DynamicImage::ImageLumaA16(b) => Samples::U16(b.into_raw()),
-        DynamicImage::ImageRgb16(b) => Samples::U16(b.into_raw()),
-        DynamicImage::ImageRgba16(b) => Samples::U16(b.into_raw()),
-        _ => {
-            return Err("floating-point samples are not read: save it with 8 or 16 bits a channel".to_owned());
-        }
-    };
-    Ok(Photo { width, height, channels, samples })
 }
 
 fn gray(photo: &Photo) -> Photo {

@@ -57,7 +57,8 @@ pub(crate) fn from_bytes<T: DeserializeOwned + Bulk>(bytes: &[u8]) -> Result<T> 
     let cut = || wrong("it is cut short".to_owned());
     let (length, rest) = bytes.split_first_chunk::<4>().ok_or_else(cut)?;
     let (text, bulk) = rest.split_at_checked(u32::from_le_bytes(*length) as usize).ok_or_else(cut)?;
-    let mut value: T = serde_json::from_slice(text).map_err(|e| wrong(e.to_string()))?;
+    let text = std::str::from_utf8(text).map_err(|e| wrong(e.to_string()))?;
+    let mut value: T = serde_json::from_str(text).map_err(|e| wrong(e.to_string()))?;
     if let Some(place) = value.bulk() {
         *place = bulk.to_vec();
     }

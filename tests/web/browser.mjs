@@ -15,14 +15,14 @@ const KINDS = {
 
 // Serves a folder as a plain host does, below a sub-path; `down` refuses everything.
 export async function host(root) {
-  const state = { down: false };
+  const state = { down: false, root };
   const server = http.createServer((asked, answer) => {
     if (state.down) return asked.socket.destroy();
     let file = decodeURIComponent(new URL(asked.url, 'http://x').pathname);
     if (!file.startsWith('/app/')) return answer.writeHead(404).end();
-    file = path.join(root, file.slice(4));
+    file = path.join(state.root, file.slice(4));
     if (file.endsWith('/')) file += 'index.html';
-    if (!file.startsWith(root) || !fs.existsSync(file)) return answer.writeHead(404).end();
+    if (!file.startsWith(state.root) || !fs.existsSync(file)) return answer.writeHead(404).end();
     const { size, mtimeMs } = fs.statSync(file);
     const etag = `"${size}-${mtimeMs}"`;
     const head = { 'content-type': KINDS[path.extname(file)] ?? 'application/octet-stream', etag, 'cache-control': 'max-age=600' };
@@ -41,22 +41,29 @@ export async function browser({ width = 1280, height = 800, scale = 1, touch = f
   const profile = fs.mkdtempSync(path.join(os.tmpdir(), 'straightedge-'));
   const context = await chromium.launchPersistentContext(profile, {
     executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', headless: false, chromiumSandbox: false, timeout: 120000,
-    viewport: { width, height }, deviceScaleFactor: scale, hasTouch: touch, isMobile: touch, acceptDownloads: true,
-    args: ['--headless=new', '--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update',
+    viewport: scale === 1 ? { width, height } : null, hasTouch: touch, acceptDownloads: true,
+    args: [`--force-device-scale-factor=${scale}`, '--headless=new', '--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update',
       '--disable-sync', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--enable-precise-memory-info'],
   });
   const log = [], asked = [];
   if (script) await context.addInitScript(script);
   context.on('request', request => asked.push(request.url()));
   const close = async () => { await context.close(); fs.rmSync(profile, { recursive: true, force: true }); };
-  return { context, log, asked, close, open: url => Page.open(context, url, log) };
+  // Emulated dense pixels do not reach what tells a page how many a canvas has: the screen itself is dense, and only its size emulated.
+  const dense = async page => {
+    if (scale === 1) return;
+    const client = await context.newCDPSession(page);
+    await client.send('Emulation.setDeviceMetricsOverride', { width, height, deviceScaleFactor: 0, mobile: touch });
+  };
+  return { context, log, asked, close, open: url => Page.open(context, url, log, dense) };
 }
 
 const words = node => node.label || node.value;
 
 export class Page {
-  static async open(context, url, log) {
+  static async open(context, url, log, prepare) {
     const page = await context.newPage();
+    await prepare(page);
     page.setDefaultTimeout(120000);
     page.on('console', message => { if (['error', 'warning'].includes(message.type())) log.push(`${message.type()}: ${message.text()}`); });
     page.on('pageerror', error => log.push(`pageerror: ${error}`));

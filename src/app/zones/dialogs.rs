@@ -20,6 +20,7 @@ pub const SHORTCUTS: &[(&str, &str)] = &[
     ("1 … 5", "Picture, poses, errors, coverage, lens"),
     ("Esc", "Back to the picture"),
     ("Up Down", "Previous, next picture"),
+    ("Left Right", "Previous, next corner, from the worst"),
     ("Space", "Set the picture aside, or use it again"),
     ("C O R S", "Corners, order, reprojected, straightened"),
     ("A", "All pictures at once"),

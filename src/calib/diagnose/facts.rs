@@ -4,7 +4,10 @@ use std::cell::OnceCell;
 
 use nalgebra::Vector2;
 
-use super::bend::{self, Bend};
+use super::{
+    Level,
+    bend::{self, Bend},
+};
 use crate::calib::{
     report::{FrameReport, Report, Solution},
     stats::{
@@ -51,7 +54,20 @@ impl<'a> Facts<'a> {
     pub(super) fn most_tilt_deg(&self) -> Option<f64> {
         self.used.iter().filter_map(|(_, f)| f.tilt_rad.map(f64::to_degrees)).reduce(f64::max)
     }
+
+    /// Whether the camera misses its corners, and how badly.
+    pub(super) fn misfit(&self) -> Option<Level> {
+        let solution = self.solution?;
+        let [w, h] = solution.camera.size_px.map(f64::from);
+        let large = solution.rms_inliers_px / (LARGE_PX * (w.hypot(h) / 2000.0).max(1.0));
+        (large > 1.0).then_some(if large > ABSURD { Level::Bad } else { Level::Warn })
+    }
 }
+
+/// RMS beyond which the model and the pictures disagree visibly, px in a picture of up to 2000 px from corner to corner.
+const LARGE_PX: f64 = 1.0;
+/// As many times this, and no lens, board or blur explains it.
+const ABSURD: f64 = 3.0;
 
 /// Strongest tilt below which the focal length rests on perspective that is hardly there.
 pub(super) const FLAT_DEG: f64 = 20.0;

@@ -10,10 +10,6 @@ use crate::calib::{
 const GUESS_PX: f64 = 1.0;
 /// σ of the focal length beyond which nothing can be measured with the camera, as a share of it.
 const UNSURE_FOCAL: f64 = 0.01;
-/// RMS beyond which the model and the pictures disagree visibly, px in a picture of up to 2000 px from corner to corner.
-const LARGE_PX: f64 = 1.0;
-/// As many times this, and no lens, board or blur explains it.
-const ABSURD: f64 = 3.0;
 /// Share of outliers beyond which the robust loss hides a misfit.
 const MANY_OUTLIERS: f64 = 0.05;
 /// Pictures below which nothing checks the camera.
@@ -108,15 +104,13 @@ fn unsure_middle(_: &Facts<'_>, solution: &Solution) -> Objection {
     }
 }
 
-fn misfit(_: &Facts<'_>, solution: &Solution) -> Objection {
-    let [w, h] = solution.camera.size_px.map(f64::from);
-    let large = LARGE_PX * (w.hypot(h) / 2000.0).max(1.0);
-    let rms = solution.rms_inliers_px;
-    let missed = format!("the camera misses the corners by {} px", significant(rms, 2));
-    if rms > ABSURD * large {
+fn misfit(facts: &Facts<'_>, solution: &Solution) -> Objection {
+    let level = facts.misfit()?;
+    let missed = format!("the camera misses the corners by {} px", significant(solution.rms_inliers_px, 2));
+    if level == Level::Bad {
         not_trustworthy(missed)
     } else {
-        (rms > large).then(|| (Level::Warn, format!("Use with care: {missed}")))
+        Some((level, format!("Use with care: {missed}")))
     }
 }
 

@@ -223,8 +223,7 @@ impl Scene {
 
     /// The scene as [`Scene::from_json`] reads it.
     pub fn to_json(&self) -> String {
-        // Fails only for keys that are not text, and there are none.
-        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+        crate::calib::json::text(self)
     }
 
     /// `camera_from_board` of a view with the board frame at corner 0, or `None` where there is no such view.

@@ -54,8 +54,7 @@ impl Truth {
 
     /// Writes a truth file.
     pub fn to_json(&self) -> String {
-        // Fails only for keys that are not text, and there are none.
-        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+        crate::calib::json::text(self)
     }
 
     /// The board as a target.

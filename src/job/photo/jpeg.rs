@@ -16,7 +16,9 @@ pub(super) fn decode(
     notes: &mut Vec<String>,
 ) -> std::result::Result<Photo, String> {
     let options = DecoderOptions::default().set_max_width(usize::MAX).set_max_height(usize::MAX);
-    let mut probe = JpegDecoder::new_with_options(ZCursor::new(bytes), options.set_strict_mode(false));
+    // A copy costs nothing beside decoding, and the tiff crate reads vectors too: one decoder less in the program.
+    let reader = || ZCursor::new(bytes.to_vec());
+    let mut probe = JpegDecoder::new_with_options(reader(), options.set_strict_mode(false));
     let complete = has_end(bytes);
     let failed = |e: &DecodeErrors| {
         if complete { damaged(e) } else { cut_short(Format::Jpeg) }
@@ -35,7 +37,7 @@ pub(super) fn decode(
     }
     let run = |strict: bool| {
         let options = options.set_strict_mode(strict).jpeg_set_out_colorspace(space);
-        JpegDecoder::new_with_options(ZCursor::new(bytes), options).decode()
+        JpegDecoder::new_with_options(reader(), options).decode()
     };
     // What the strict decoder refuses may still be a whole picture with a flaw: worth a note, not a refusal.
     let samples = match run(true) {

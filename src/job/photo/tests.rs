@@ -1,6 +1,6 @@
 use std::fs;
 
-use image::ExtendedColorType;
+use image::{ExtendedColorType, ImageFormat};
 
 use super::*;
 

@@ -19,7 +19,10 @@ mod xmp;
 
 use std::{borrow::Cow, io::Cursor};
 
-use image::{ExtendedColorType, ImageFormat, ImageResult};
+use image::{
+    ExtendedColorType, ImageEncoder, ImageResult,
+    codecs::{bmp::BmpEncoder, pnm::PnmEncoder},
+};
 
 use super::{Content, Format, sniff};
 use crate::calib::{
@@ -41,6 +44,12 @@ struct Pixels<'a> {
     kind: ExtendedColorType,
 }
 
+impl Pixels<'_> {
+    fn by(self, encoder: impl ImageEncoder) -> ImageResult<()> {
+        encoder.write_image(self.bytes, self.width, self.height, self.kind)
+    }
+}
+
 /// Encodes a photograph in the format of the file that it was made from, with that file's metadata.
 ///
 /// `name` is what messages call it, `original` the whole file, `photo` the new pixels: of the same depth and channels, the size
@@ -59,7 +68,7 @@ pub fn like(name: &str, original: &[u8], photo: &Photo) -> Result<Vec<u8>> {
         Format::Png => png::write(original, photo),
         Format::Tiff => tiff::write(original, photo),
         Format::WebP => webp::write(original, photo),
-        Format::Bmp => plain(photo, ImageFormat::Bmp),
+        Format::Bmp => encode(photo, |p, out| p.by(BmpEncoder::new(out))),
         Format::Pnm => pnm(original, photo),
     };
     written.map_err(|e| {
@@ -88,18 +97,18 @@ fn encode(
     Ok(out.into_inner())
 }
 
-/// Encodes with the defaults of a format.
-fn plain(photo: &Photo, format: ImageFormat) -> Written {
-    encode(photo, |p, out| image::write_buffer_with_format(out, p.bytes, p.width, p.height, p.kind, format))
+/// Encodes as PAM.
+fn pam(photo: &Photo) -> Written {
+    encode(photo, |p, out| p.by(PnmEncoder::new(out)))
 }
 
 /// Encodes as PGM or PPM, which everything reads; as PAM only what was PAM, or has alpha.
 fn pnm(original: &[u8], photo: &Photo) -> Written {
     let magic = match photo.channels {
-        _ if original.starts_with(b"P7") => return plain(photo, ImageFormat::Pnm),
+        _ if original.starts_with(b"P7") => return pam(photo),
         1 => "P5",
         3 => "P6",
-        _ => return plain(photo, ImageFormat::Pnm),
+        _ => return pam(photo),
     };
     let (most, samples) = match &photo.samples {
         Samples::U8(s) => (u16::from(u8::MAX), Cow::Borrowed(s.as_slice())),

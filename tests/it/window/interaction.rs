@@ -168,6 +168,14 @@ fn keys_and_tiles_swap_panels() {
     window.key_press(Key::ArrowDown);
     window.run_ok();
     assert_eq!(window.state().state.selected().map(|id| id.0), Some(1));
+    window.key_press(Key::ArrowRight);
+    window.run_ok();
+    let after_worst = window.state().state.screen.corner.unwrap();
+    for (key, at) in [(Key::ArrowRight, after_worst + 1), (Key::ArrowLeft, after_worst)] {
+        window.key_press(key);
+        window.run_ok();
+        assert_eq!(window.state().state.screen.corner, Some(at % 54));
+    }
     let before = is_on(&window, "Order");
     click(&mut window, "Order");
     assert_ne!(is_on(&window, "Order"), before);

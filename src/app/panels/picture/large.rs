@@ -73,7 +73,7 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         }
         marks(&painter, &list, layers.corners, layers.reprojected && frame.included, 1.0);
         dropped(cx, &painter, &place, id);
-        if let Some(mark) = selected(cx, frame).and_then(|i| list.get(i)) {
+        if let Some(mark) = cx.state.corner_of(frame).and_then(|i| list.get(i)) {
             let square = Rect::from_center_size(mark.detected, vec2(18.0, 18.0));
             painter.rect_stroke(square, 2.0, Stroke::new(4.0, CASING), egui::StrokeKind::Middle);
             painter.rect_stroke(square, 2.0, Stroke::new(2.0, Color32::WHITE), egui::StrokeKind::Middle);
@@ -95,16 +95,6 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     if let Some(frame) = frame.filter(|_| !straight) {
         loupe(cx, ui, id, &frame, all, &place, beside);
     }
-}
-
-/// The selected corner, or the one with the largest error.
-fn selected(cx: &Cx<'_>, frame: &FrameReport) -> Option<usize> {
-    let index = cx.state.screen.corner;
-    if let Some(i) = index.and_then(|index| frame.corners.iter().position(|c| c.index == index)) {
-        return Some(i);
-    }
-    let worst = frame.errors_px().enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i);
-    worst.or_else(|| (!frame.corners.is_empty()).then_some(0))
 }
 
 /// Lines along the rows, from the first corner to the last.
@@ -191,7 +181,7 @@ fn loupe(
     beside: bool,
 ) {
     let t = cx.t;
-    let Some(i) = selected(cx, frame) else { return };
+    let Some(i) = cx.state.corner_of(frame) else { return };
     let corner = frame.corners[i];
     if !beside && cx.state.screen.corner.is_none() {
         return;

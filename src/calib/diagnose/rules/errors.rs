@@ -12,20 +12,14 @@ use crate::calib::{
     },
 };
 
-/// Errors beyond which the pictures are no measurement, px RMS.
-const MISFIT_PX: f64 = 1.0;
-
 pub(super) fn misfit(facts: &Facts<'_>) -> Option<Finding> {
-    let rms = facts.solution?.rms_inliers_px;
-    if rms <= MISFIT_PX {
-        return None;
-    }
+    let solution = facts.solution?;
+    let level = facts.misfit()?;
     let title = "The camera does not fit the pictures";
     let text = format!(
         "It misses the corners by {} px RMS; 0.1 to 0.5 px is usual. Is the lens a fisheye, the board bent, or a picture of another camera among them?",
-        significant(rms, 2)
+        significant(solution.rms_inliers_px, 2)
     );
-    let level = if rms > 3.0 * MISFIT_PX { Level::Bad } else { Level::Warn };
     Some(finding("misfit", level, title, text, Show::Errors, None))
 }
 

@@ -1,12 +1,12 @@
 //! PNG: the ancillary chunks of the original around newly compressed data.
 
-use image::ImageFormat;
+use image::codecs::png::PngEncoder;
 use img_parts::{
     Bytes,
     png::{Png, PngChunk},
 };
 
-use super::{Written, exif, plain, xmp};
+use super::{Written, encode, exif, xmp};
 use crate::calib::image::Photo;
 
 /// Chunks that are true of the new pixels too. What describes the old data (palette, transparency, histogram, animation,
@@ -18,7 +18,7 @@ const KEPT: [&[u8; 4]; 13] = [
 const XMP: &[u8] = b"XML:com.adobe.xmp\0";
 
 pub(super) fn write(original: &[u8], photo: &Photo) -> Written {
-    let coded = plain(photo, ImageFormat::Png)?;
+    let coded = encode(photo, |p, out| p.by(PngEncoder::new(out)))?;
     let Ok(old) = Png::from_bytes(Bytes::copy_from_slice(original)) else { return Ok(coded) };
     let mut new = Png::from_bytes(Bytes::from(coded)).map_err(|e| e.to_string())?;
     let size_px = [photo.width as u32, photo.height as u32];

@@ -1,17 +1,17 @@
 //! WebP: the chunks of the original around newly compressed data, without loss.
 
-use image::ImageFormat;
+use image::codecs::webp::WebPEncoder;
 use img_parts::{
     Bytes, ImageEXIF, ImageICC,
     riff::{RiffChunk, RiffContent},
     webp::{CHUNK_EXIF, CHUNK_XMP, WebP},
 };
 
-use super::{Written, exif, fits, plain, xmp};
+use super::{Written, encode, exif, fits, xmp};
 use crate::calib::image::Photo;
 
 pub(super) fn write(original: &[u8], photo: &Photo) -> Written {
-    let coded = plain(photo, ImageFormat::WebP)?;
+    let coded = encode(photo, |p, out| p.by(WebPEncoder::new_lossless(out)))?;
     let Ok(old) = WebP::from_bytes(Bytes::copy_from_slice(original)) else { return Ok(coded) };
     let mut new = WebP::from_bytes(Bytes::from(coded)).map_err(|e| e.to_string())?;
     let size_px = [photo.width as u32, photo.height as u32];
