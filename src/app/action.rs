@@ -198,9 +198,16 @@ impl State {
                 self.data.thumbnails.insert(id, shown(key, result).raster.ok());
             }
             Some(plan::Kind::Evidence) => match result {
-                Ok(Output::Evidence(evidence)) => {
+                Ok(Output::Evidence(mut evidence)) => {
                     if let Some(asked) = self.data.asked.take_if(|a| a.key == key) {
                         let plan::Asked { key, ids, complete } = asked;
+                        // What was done before and beside: the job itself knows its own time alone.
+                        let time = &mut evidence.report.timing_ms;
+                        for seen in ids.iter().filter_map(|id| self.data.inspections.get(id)?.as_ref().ok()) {
+                            time.read += seen.read_ms;
+                            time.detect += seen.detect_ms;
+                        }
+                        time.total = time.read + time.detect + time.calibrate;
                         self.keep(Arc::new(Answer { key, ids, evidence: *evidence, complete }));
                     }
                 }

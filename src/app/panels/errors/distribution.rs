@@ -89,7 +89,7 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         }
     });
     let width = 112.0;
-    let body = Rect::from_min_max(pos2(all.left(), all.top() + 24.0), all.max);
+    let body = Rect::from_min_max(pos2(all.left(), all.top() + 30.0), all.max);
     let left = Rect::from_min_max(body.min, pos2(body.right() - width - 44.0, body.bottom()));
     plot(cx, &mut crate::app::panels::part(ui, "plot", left), "distribution", true);
     let right = Rect::from_min_max(pos2(body.right() - width, body.top()), body.max);
