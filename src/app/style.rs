@@ -158,6 +158,20 @@ pub mod font {
     pub fn mono(size: f32) -> FontId {
         FontId::new(size, FontFamily::Monospace)
     }
+    /// What most of the window is written in.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) const COMMON: &[fn() -> FontId] = &[
+        || regular(SMALL),
+        || regular(BODY),
+        || regular(CAPTION),
+        || medium(SMALL),
+        || medium(BODY),
+        || medium(CAPTION),
+        || semibold(SMALL),
+        || semibold(BODY),
+        || semibold(LEAD),
+        || semibold(NUMBER),
+    ];
     /// Filled icons: verdicts and findings only.
     pub fn fill(size: f32) -> FontId {
         FontId::new(size, FontFamily::Name("icons-fill".into()))

@@ -10,6 +10,7 @@ use super::{
     action::{Action, demo},
     home,
     panels::PANELS,
+    style::font,
 };
 
 #[wasm_bindgen(module = "/web/page.js")]
@@ -20,18 +21,25 @@ extern "C" {
     fn broken(why: &str);
 }
 
-/// Takes the loading page away once there is something to see.
+/// Takes the loading page away once there is something to see. Then draws the letters of the other pages ahead, a font in each frame:
+/// all of them at once, with the first pictures, would hold the page up for a tenth of a second.
 #[derive(Default)]
-struct FirstFrame(bool);
+struct FirstFrames(usize);
 
-impl egui::Plugin for FirstFrame {
+impl egui::Plugin for FirstFrames {
     fn debug_name(&self) -> &'static str {
-        "first frame"
+        "first frames"
     }
 
-    fn output_hook(&mut self, _: &egui::Context, _: &mut egui::FullOutput) {
-        if !std::mem::replace(&mut self.0, true) {
+    fn output_hook(&mut self, ctx: &egui::Context, _: &mut egui::FullOutput) {
+        if self.0 == 0 {
             ready();
+        }
+        if let Some(font) = font::COMMON.get(self.0) {
+            let letters: String = (' '..='~').collect();
+            ctx.fonts_mut(|f| f.layout_no_wrap(letters, font(), egui::Color32::WHITE));
+            self.0 += 1;
+            ctx.request_repaint();
         }
     }
 }
@@ -123,7 +131,7 @@ async fn run() -> Result<(), JsValue> {
         app.keep_layout(cc);
         app.inbox.watch();
         wishes.grant(&mut app, &cc.egui_ctx);
-        cc.egui_ctx.add_plugin(FirstFrame::default());
+        cc.egui_ctx.add_plugin(FirstFrames::default());
         Ok(Box::new(app) as Box<dyn eframe::App>)
     };
     let runner = RUNNER.with(Clone::clone);
