@@ -74,6 +74,13 @@ pub(super) fn actions(state: &State, ui: &Ui) -> Vec<Action> {
                     step_corner(state, &mut screen, by);
                 }
             }
+            if (pressed(Key::Delete) || pressed(Key::Backspace))
+                && let (Some(id), Some(index)) = (state.selected(), screen.corner)
+            {
+                let mut doc = state.doc.clone();
+                doc.toggle_corner(id, index);
+                actions.push(Action::Edit(Box::new(doc)));
+            }
             if pressed(Key::Space)
                 && let Some(id) = state.selected()
             {

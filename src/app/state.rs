@@ -117,6 +117,14 @@ impl Document {
         }
     }
 
+    /// Drops a corner by hand, or restores it.
+    pub fn toggle_corner(&mut self, id: FrameId, index: u32) {
+        let dropped = Arc::make_mut(&mut self.dropped);
+        if !dropped.remove(&(id, index)) {
+            dropped.insert((id, index));
+        }
+    }
+
     /// Whether a parameter is held.
     pub fn holds(&self, name: &str) -> bool {
         self.fixed.iter().any(|f| is_held(f, name))

@@ -1,8 +1,11 @@
 //! Files of the disk, through the dialogs of the system.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
 
-use super::{Inbox, PICTURES, opened, told};
+use super::{Inbox, PICTURES, opened, tell_bad, told};
 use crate::{
     app::{
         action::{Action, Command},
@@ -15,6 +18,9 @@ use crate::{
     job::{photo, store},
     worker::straighten::{self, Task},
 };
+
+/// Nobody cancels a dialog faster than this: it was never there.
+const CANCELLED: Duration = Duration::from_millis(200);
 
 impl Inbox {
     /// Runs work that ends in an action beside the window.
@@ -29,13 +35,29 @@ impl Inbox {
         drop(std::thread::Builder::new().name("files".to_owned()).spawn(work));
     }
 
+    /// Waits for what is chosen in a dialog, and goes on with it.
+    fn ask<T>(
+        &self,
+        dialog: impl Future<Output = Option<T>> + Send + 'static,
+        work: impl FnOnce(T) -> Option<Action> + Send + 'static,
+    ) {
+        self.spawn(move || {
+            let begun = Instant::now();
+            match pollster::block_on(dialog) {
+                Some(chosen) => work(chosen),
+                None if begun.elapsed() < CANCELLED => Some(tell_bad(
+                    "This desktop opens no file dialog: install xdg-desktop-portal or zenity. Folders can also be dropped on the window, and paths pasted"
+                        .to_owned(),
+                )),
+                None => None,
+            }
+        });
+    }
+
     /// Asks for a folder.
     pub fn pick_folder(&self) {
         let task = rfd::AsyncFileDialog::new().set_title("Open a folder of board pictures").pick_folder();
-        self.spawn(move || {
-            let folder = pollster::block_on(task)?;
-            Some(Action::Do(Command::OpenPaths(vec![folder.path().to_owned()])))
-        });
+        self.ask(task, move |folder| Some(Action::Do(Command::OpenPaths(vec![folder.path().to_owned()]))));
     }
 
     /// Asks for pictures.
@@ -44,8 +66,7 @@ impl Inbox {
             .set_title("Open board pictures")
             .add_filter("Pictures", &PICTURES)
             .pick_files();
-        self.spawn(move || {
-            let files = pollster::block_on(task)?;
+        self.ask(task, move |files| {
             Some(Action::Do(Command::OpenPaths(files.iter().map(|f| f.path().to_owned()).collect())))
         });
     }
@@ -56,19 +77,13 @@ impl Inbox {
             .set_title("Open a session")
             .add_filter("Straightedge session", &[EXTENSION])
             .pick_file();
-        self.spawn(move || {
-            let file = pollster::block_on(task)?;
-            Some(Action::Do(Command::OpenPaths(vec![file.path().to_owned()])))
-        });
+        self.ask(task, move |file| Some(Action::Do(Command::OpenPaths(vec![file.path().to_owned()]))));
     }
 
     /// Asks for a folder, then does something with it.
     fn pick_target(&self, work: impl FnOnce(&Path) -> Action + Send + 'static) {
         let task = rfd::AsyncFileDialog::new().set_title("Choose a folder to write to").pick_folder();
-        self.spawn(move || {
-            let folder = pollster::block_on(task)?;
-            Some(work(folder.path()))
-        });
+        self.ask(task, move |folder| Some(work(folder.path())));
     }
 
     /// Asks for the folder of straightened pictures.
@@ -91,8 +106,7 @@ impl Inbox {
     /// Asks for a place and writes.
     pub fn save(&self, name: &str, content: Content) {
         let task = rfd::AsyncFileDialog::new().set_title("Save").set_file_name(name).save_file();
-        self.spawn(move || {
-            let file = pollster::block_on(task)?;
+        self.ask(task, move |file| {
             let written = content.make().and_then(|bytes| store::write(file.path(), &bytes));
             Some(told(written.map(|()| format!("Saved {}", file.path().display()))))
         });
@@ -102,8 +116,7 @@ impl Inbox {
     pub fn save_session(&self, session: Session, copies: Copies) {
         let name = format!("calibration.{EXTENSION}");
         let task = rfd::AsyncFileDialog::new().set_title("Save the session").set_file_name(name).save_file();
-        self.spawn(move || {
-            let file = pollster::block_on(task)?;
+        self.ask(task, move |file| {
             let text = session.to_json();
             let written = store::write(file.path(), text.as_bytes());
             // The copy is for the day on which the file is damaged; without it only that help is missing.
@@ -137,8 +150,7 @@ impl Inbox {
     /// Asks where the pictures of a session are, and looks for them by their hash.
     pub fn locate(&self, mut session: Session) {
         let task = rfd::AsyncFileDialog::new().set_title("Where are the pictures?").pick_folder();
-        self.spawn(move || {
-            let folder = pollster::block_on(task)?;
+        self.ask(task, move |folder| {
             session.locate(folder.path());
             Some(Action::Restore(Box::new(session)))
         });

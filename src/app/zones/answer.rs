@@ -14,7 +14,7 @@ use crate::{
     calib::{
         calibrate::Fix,
         diagnose::{Finding, Level, Remedy, Show},
-        number::significant,
+        number::{counted, significant},
         report::Solution,
     },
 };
@@ -40,9 +40,20 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         if let Some(solution) = answer.solution() {
             numbers(cx, ui, &answer, solution);
         }
-        for finding in answer.evidence.findings.iter().take(3) {
+        let all = &answer.evidence.findings;
+        let id = egui::Id::unique("all findings");
+        let open = ui.data(|d| d.get_temp::<bool>(id)).unwrap_or_default();
+        for finding in all.iter().take(if open { all.len() } else { MOST }) {
             separator(ui, t);
             one(cx, ui, &answer, finding);
+        }
+        if all.len() > MOST {
+            ui.add_space(8.0);
+            let words =
+                if open { "Fewer findings".to_owned() } else { counted(all.len() - MOST, "more finding") };
+            if button(ui, t, "", &words, 22.0).clicked() {
+                ui.data_mut(|d| d.insert_temp(id, !open));
+            }
         }
         if let Some(solution) = answer.solution() {
             separator(ui, t);
@@ -50,6 +61,9 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         }
     });
 }
+
+/// Findings that are shown unasked.
+const MOST: usize = 3;
 
 fn separator(ui: &mut Ui, t: &crate::app::style::Tokens) {
     ui.add_space(8.0);

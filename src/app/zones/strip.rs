@@ -98,7 +98,7 @@ fn one(cx: &mut Cx<'_>, ui: &mut Ui, stage: &Stage) {
         });
     }
     Popup::from_toggle_button_response(&response).width(280.0).show(|ui| {
-        ui.label(text(format!("{} hands on", stage.name), font::semibold(font::SMALL), t.ink));
+        ui.label(text(format!("{} gave", stage.name), font::semibold(font::SMALL), t.ink));
         for line in (stage.passed)(cx.state).unwrap_or_else(|| vec!["nothing yet".to_owned()]) {
             ui.label(text(line, font::regular(font::SMALL), t.text2));
         }

@@ -208,7 +208,11 @@ pub(super) fn settings(cx: &Cx<'_>) -> String {
 
 fn board(cx: &mut Cx<'_>, ui: &mut Ui) {
     let (label, guessed) = (board_words(cx), known_board(cx).2);
-    let quiet = if guessed { "guessed" } else { "" };
+    let quiet = match (guessed, cx.state.doc.square) {
+        (true, None) => "guessed",
+        (true, Some(_)) => "size guessed",
+        (false, _) => "",
+    };
     chip(cx, ui, ["Board", icon::BOARD], &label, quiet, board_settings);
 }
 

@@ -81,9 +81,14 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         if response.clicked()
             && let Some(at) = response.interact_pointer_pos()
         {
-            let near = list.iter().enumerate().map(|(i, m)| (m.detected.distance(at), i));
+            let lost = dropped_of(cx, id);
+            let near = frame
+                .corners
+                .iter()
+                .chain(&lost)
+                .map(|c| (place.point([c.px.x, c.px.y]).distance(at), c.index));
             let nearest = near.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(d, _)| *d < 14.0);
-            let corner = nearest.map(|(_, i)| frame.corners[i].index);
+            let corner = nearest.map(|(_, index)| index);
             cx.show(|s| s.corner = corner);
         }
         if !frame.included && !frame.why.is_empty() {
@@ -181,8 +186,10 @@ fn loupe(
     beside: bool,
 ) {
     let t = cx.t;
-    let Some(i) = cx.state.corner_of(frame) else { return };
-    let corner = frame.corners[i];
+    let chosen = cx.state.screen.corner;
+    let lost = dropped_of(cx, id).into_iter().find(|c| Some(c.index) == chosen);
+    let kept = cx.state.corner_of(frame).map(|i| (frame.corners[i], frame.residuals_px.get(i).copied()));
+    let Some((corner, residual)) = lost.map(|c| (c, None)).or(kept) else { return };
     if !beside && cx.state.screen.corner.is_none() {
         return;
     }
@@ -205,13 +212,13 @@ fn loupe(
     let near = Place::around(size_px, rect, zoom, [corner.px.x, corner.px.y]);
     ui.painter().rect_filled(rect, 3.0, t.canvas);
     pixels(cx, ui, id, &near, rect);
-    let projected = frame.residuals_px.get(i).map(|r| near.point([corner.px.x - r[0], corner.px.y - r[1]]));
+    let projected = residual.map(|r| near.point([corner.px.x - r[0], corner.px.y - r[1]]));
     let mark = Mark { detected: near.point([corner.px.x, corner.px.y]), projected };
     marks(&ui.painter_at(rect), &[mark], true, true, 1.8);
     ui.painter().rect_stroke(rect, 3.0, Stroke::new(1.0, t.line2), egui::StrokeKind::Outside);
     let below = Rect::from_min_size(rect.left_bottom() + vec2(0.0, 8.0), vec2(LOUPE, 130.0));
     let mut ui = ui.new_child(egui::UiBuilder::new().id_salt("loupe").max_rect(below));
-    values(cx, &mut ui, id, frame, corner, frame.residuals_px.get(i).copied());
+    values(cx, &mut ui, id, frame, corner, residual);
 }
 
 /// The pixels under the loupe alone: the picture itself may be shown with fewer.
@@ -276,15 +283,16 @@ fn values(
     let index = corner.index;
     let outlier = frame.outliers.contains(&index);
     ui.horizontal(|ui| {
-        if button(ui, t, "", "Drop corner", 22.0).clicked() {
-            cx.edit(|d| {
-                Arc::make_mut(&mut d.dropped).insert((id, index));
-            });
+        let is_lost = cx.state.doc.dropped.contains(&(id, index));
+        if button(ui, t, "", if is_lost { "Restore corner" } else { "Drop corner" }, 22.0).clicked() {
+            cx.edit(|d| d.toggle_corner(id, index));
+            // The button stays where it is, and takes itself back.
+            cx.show(|s| s.corner = Some(index));
         }
-        let lost = dropped_of(cx, id);
-        if !lost.is_empty()
-            && button(ui, t, "", "Restore", 22.0)
-                .on_hover_text("Brings back the dropped corners of this picture")
+        let lost = cx.state.doc.dropped.iter().filter(|(frame, _)| *frame == id).count();
+        if lost > 1
+            && button(ui, t, "", &format!("All {lost}"), 22.0)
+                .on_hover_text("Brings back all dropped corners of this picture")
                 .clicked()
         {
             cx.edit(|d| Arc::make_mut(&mut d.dropped).retain(|(frame, _)| *frame != id));
