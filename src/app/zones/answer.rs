@@ -207,9 +207,12 @@ fn mend(cx: &mut Cx<'_>, answer: &Answer, remedy: &Remedy) {
 
 fn camera(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
     let t = cx.t;
+    let ghost = cx.state.data.ghost.clone().filter(|g| g.solution().is_some());
     ui.horizontal(|ui| {
         ui.label(text("Camera", font::semibold(font::BODY), t.ink));
-        ui.label(text(solution.camera.spec().title, font::regular(font::SMALL), t.text3));
+        let title = solution.camera.spec().title;
+        let words = if ghost.is_some() { format!("{title} · moved, in σ") } else { title.to_owned() };
+        ui.label(text(words, font::regular(font::SMALL), t.text3));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let more = cx.state.screen.more;
             let glyph = if more { "less" } else { "more" };
@@ -217,14 +220,18 @@ fn camera(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
                 egui::Button::new(text(glyph, font::regular(font::SMALL), t.text2))
                     .fill(Color32::TRANSPARENT),
             );
+            // What unfolds is brought into view, once it is there.
+            let id = egui::Id::unique("more is new");
             if response.clicked() {
                 cx.show(|s| s.more = !more);
+                ui.data_mut(|d| d.insert_temp(id, !more));
+            } else if ui.data_mut(|d| d.remove_temp::<bool>(id)) == Some(true) {
+                response.scroll_to_me(Some(egui::Align::Min));
             }
         });
     });
     ui.add_space(4.0);
     let params = solution.camera.spec().params;
-    let ghost = cx.state.data.ghost.clone();
     for (i, param) in params.iter().enumerate() {
         let value = solution.camera.params[i];
         let sigma = solution.sigma.get(param.name).copied().flatten();
@@ -263,13 +270,19 @@ fn camera(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
             let moved = (value - old) / sigma;
             (moved.abs() > 0.05).then(|| minus(format!("{moved:+.1} σ")))
         });
-        if let Some(moved) = moved {
-            painter.text(right, Align2::RIGHT_CENTER, moved, font::regular(font::SMALL), t.text3);
-        } else if uncertain {
-            let drawn =
-                painter.text(right, Align2::RIGHT_CENTER, "not certain", font::regular(font::SMALL), t.text2);
-            painter.circle_filled(pos2(drawn.left() - 7.0, y), 3.0, t.warn);
-        } else if param.unit == "px" {
+        let quiet = font::regular(font::SMALL);
+        let drawn = match moved {
+            Some(moved) => Some(painter.text(right, Align2::RIGHT_CENTER, moved, quiet, t.text3)),
+            None if uncertain => {
+                Some(painter.text(right, Align2::RIGHT_CENTER, "not certain", quiet, t.text2))
+            }
+            None => None,
+        };
+        if let Some(drawn) = drawn {
+            if uncertain {
+                painter.circle_filled(pos2(drawn.left() - 7.0, y), 3.0, t.warn);
+            }
+        } else if param.unit == "px" && ghost.is_none() {
             painter.text(right, Align2::RIGHT_CENTER, "px", font::regular(font::CAPTION), t.text3);
         }
         named(&response, egui::Role::Label, true, &format!("{} {shown} ± {bound}", param.name));
@@ -394,8 +407,11 @@ fn steps(cx: &Cx<'_>, ui: &mut Ui, solution: &Solution) {
         pos2(x, rect.bottom() - 4.0 - (rect.height() - 8.0) * ((v - low) / span) as f32)
     });
     let points: Vec<_> = points.collect();
-    for (at, value) in [(points[0], values[0]), (points[points.len() - 1], values[values.len() - 1])] {
-        let label = format!("{} px", significant(10f64.powf(value), 2));
+    let ends = [values[0], values[values.len() - 1]].map(|v| 10f64.powf(v));
+    // As many digits as tell them apart: a start from the last camera is close already.
+    let digits = (2..6).find(|n| significant(ends[0], *n) != significant(ends[1], *n)).unwrap_or(6);
+    for (at, value) in [points[0], points[points.len() - 1]].into_iter().zip(ends) {
+        let label = format!("{} px", significant(value, digits));
         let (at, anchor) = if at == points[0] {
             (at + vec2(6.0, 0.0), Align2::LEFT_CENTER)
         } else {
