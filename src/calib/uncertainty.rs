@@ -68,6 +68,15 @@ pub struct Uncertainty {
     pub grid_px: Vec<Vec<Option<f64>>>,
 }
 
+impl Uncertainty {
+    /// What it stays below over a share of the picture, px; `None` where it has no answer there.
+    pub fn over_share(&self, share: f64) -> Option<f64> {
+        let mut all: Vec<f64> = self.grid_px.iter().flatten().map(|v| v.unwrap_or(f64::INFINITY)).collect();
+        all.sort_by(f64::total_cmp);
+        all.get((share * all.len() as f64) as usize).copied().filter(|v| v.is_finite())
+    }
+}
+
 /// How sure the projection of a calibrated camera is. A camera that was held is sure: 0 everywhere.
 ///
 /// `target` is the board of the calibration. Cost: linear in the number of corners.

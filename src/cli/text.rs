@@ -10,7 +10,6 @@ use crate::calib::{
     diagnose,
     number::{counted, percent, significant, with_sigma},
     report::{Report, Solution},
-    uncertainty::Uncertainty,
 };
 use table::{Table, paragraph, sentence};
 
@@ -101,7 +100,7 @@ fn certainty(report: &Report, solution: &Solution) -> String {
         format!(
             "{} in the middle, {} over 90 % of the picture, {} in the worst corner",
             px(u.center_px),
-            px(over_share(u, 0.9)),
+            px(u.over_share(0.9)),
             px(u.worst_corner_px)
         ),
     ]);
@@ -158,14 +157,6 @@ fn certainty(report: &Report, solution: &Solution) -> String {
         ]);
     }
     format!("\n{}", table.render())
-}
-
-/// What the uncertainty stays below over a share of the picture, px; `None` where it has no answer there.
-fn over_share(uncertainty: &Uncertainty, share: f64) -> Option<f64> {
-    let mut all: Vec<f64> =
-        uncertainty.grid_px.iter().flatten().map(|v| v.unwrap_or(f64::INFINITY)).collect();
-    all.sort_by(f64::total_cmp);
-    all.get((share * all.len() as f64) as usize).copied().filter(|v| v.is_finite())
 }
 
 /// The source document's Table IV.

@@ -93,12 +93,9 @@ fn figures(cx: &Cx<'_>, ui: &mut Ui) {
         t.text2,
     ));
     ui.add_space(10.0);
-    let mut all: Vec<f64> = u.grid_px.iter().flatten().map(|v| v.unwrap_or(f64::INFINITY)).collect();
-    all.sort_by(f64::total_cmp);
-    let most = crate::calib::stats::quantile(&all, 0.9);
     for (name, value) in [
         ("at the centre", certainty(u.center_px)),
-        ("over 90 % of it", certainty(most.is_finite().then_some(most))),
+        ("over 90 % of it", certainty(u.over_share(0.9))),
         ("worst corner", certainty(u.worst_corner_px)),
     ] {
         ui.horizontal(|ui| {
