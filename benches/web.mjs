@@ -85,10 +85,12 @@ for (const set of SETS.filter(set => fs.existsSync(path.join(data, set)))) {
   const whole = list => least(list.map(t => t.read + t.detect + t.calibrate));
   row(set, pictures, ...cells, `**${(whole(times.web) / whole(times.native)).toFixed(2)}**`);
 }
+const jpegs = folder => fs.readdirSync(folder).filter(f => /\.jpe?g$/i.test(f));
+
 // 4. What the page does meanwhile, and how much memory it takes.
 async function meanwhile(from, count, cores = os.cpus().length) {
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'straightedge-many-'));
-  const photographs = fs.readdirSync(from).filter(f => /\.jpe?g$/i.test(f));
+  const photographs = jpegs(from);
   for (let i = 0; i < count; i++) fs.copyFileSync(path.join(from, photographs[i % photographs.length]), path.join(folder, `${i}.jpg`));
   const b = await browser({ script: `Object.defineProperty(navigator, "hardwareConcurrency", { value: ${cores} })` });
   const page = await b.open(`${site.url}?seen=1`);
@@ -119,7 +121,7 @@ async function twelveMegapixels(from) {
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'straightedge-large-'));
   const b = await browser();
   const page = await b.context.newPage();
-  for (const name of fs.readdirSync(from).filter(f => /\.jpe?g$/i.test(f))) {
+  for (const name of jpegs(from)) {
     const made = await page.evaluate(async base64 => {
       const small = await createImageBitmap(await (await fetch(`data:image/jpeg;base64,${base64}`)).blob());
       const canvas = new OffscreenCanvas(4243, 2828);

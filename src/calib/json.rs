@@ -4,8 +4,8 @@ use serde::Serialize;
 
 /// A value as an indented JSON text with a newline at its end.
 ///
-/// It is written close together and then set out from its parts: a second serializer for every type that a file holds would be
-/// a tenth of the page's program. Integers beyond 64 bits are not for files.
+/// It is written close together and then set out from its parts: otherwise every type that a file holds would be in the page's
+/// program with two serializers. Integers beyond 64 bits are not for files.
 pub fn text(value: &impl Serialize) -> String {
     // Fails only for keys that are not text, and there are none.
     let close = serde_json::to_string(value).unwrap_or_default();

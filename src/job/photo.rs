@@ -176,23 +176,24 @@ fn common<'a>(
     if let Some(frames) = sniff::animation(bytes, format) {
         notes.push(format!("an animation of {frames} frames: only the first was used"));
     }
-    let failed = |error: ImageError| {
-        if sniff::shorter_than_it_says(bytes) { cut_short(format) } else { failure(&error, format) }
-    };
+    decoded(bytes, format, open)
+        .map_err(|e| if sniff::shorter_than_it_says(bytes) { cut_short(format) } else { e })
+}
+
+fn decoded<'a>(bytes: &'a [u8], format: Format, open: Opened<'a>) -> std::result::Result<Photo, String> {
+    let failed = |error: ImageError| failure(&error, format);
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(MAX_BYTES);
     let mut decoder = open(Cursor::new(bytes), limits.clone()).map_err(failed)?;
     decoder.set_limits(limits).map_err(failed)?;
-    let (width, height) = decoder.dimensions();
-    check_size(width.into(), height.into(), decoder.color_type().bytes_per_pixel().into())?;
-    let color = decoder.color_type();
+    let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
+    check_size(width.into(), height.into(), color.bytes_per_pixel().into())?;
+    let mut raw = vec![0; decoder.total_bytes() as usize];
+    decoder.read_image(&mut raw).map_err(failed)?;
     let channels = usize::from(color.channel_count());
-    let bits = 8 * usize::from(color.bytes_per_pixel()) / channels;
-    let mut bytes = vec![0; decoder.total_bytes() as usize];
-    decoder.read_image(&mut bytes).map_err(failed)?;
-    let samples = match bits {
-        8 => Samples::U8(bytes),
-        16 => Samples::U16(bytes.chunks_exact(2).map(|v| u16::from_ne_bytes([v[0], v[1]])).collect()),
+    let samples = match usize::from(color.bytes_per_pixel()) / channels {
+        1 => Samples::U8(raw),
+        2 => Samples::U16(raw.chunks_exact(2).map(|v| u16::from_ne_bytes([v[0], v[1]])).collect()),
         _ => {
             return Err("floating-point samples are not read: save it with 8 or 16 bits a channel".to_owned());
         }

@@ -18,6 +18,7 @@ const native = path.resolve(process.env.NATIVE ?? path.join(root, 'target/debug/
 const data = path.resolve(process.env.STRAIGHTEDGE_DATA ?? path.join(root, '../shared/data'));
 const left = path.join(data, 'opencv_left');
 const photographs = fs.existsSync(left) ? {} : { skip: `no photographs in ${data}` };
+const jpegs = () => fs.readdirSync(left).filter(f => f.endsWith('.jpg'));
 // A window that shows the whole list of pictures, also those at its end that are set aside.
 const tall = { ...photographs, height: 2000 };
 const scratch = fs.mkdtempSync(path.join(os.tmpdir(), 'straightedge-test-'));
@@ -145,7 +146,7 @@ inBrowser('a session is there again after a reload, and finds its photographs by
   // The same photographs under other names in another folder.
   const moved = path.join(scratch, 'moved');
   fs.mkdirSync(moved);
-  fs.readdirSync(left).filter(f => f.endsWith('.jpg')).forEach((f, i) => fs.copyFileSync(path.join(left, f), path.join(moved, `photo ${99 - i}.jpg`)));
+  jpegs().forEach((f, i) => fs.copyFileSync(path.join(left, f), path.join(moved, `photo ${99 - i}.jpg`)));
   await page.give('Where are they?', moved);
   await page.see('photo 99');
   await page.gone('cannot be found');
@@ -233,7 +234,7 @@ inBrowser('a folder of 5,000 files', tall, async b => {
   const folder = path.join(scratch, 'crowd');
   fs.mkdirSync(folder);
   for (let i = 0; i < 4990; i++) fs.writeFileSync(path.join(folder, `${i}.log`), 'no picture');
-  for (const f of fs.readdirSync(left).filter(f => f.endsWith('.jpg')).slice(0, 10)) fs.copyFileSync(path.join(left, f), path.join(folder, f));
+  for (const f of jpegs().slice(0, 10)) fs.copyFileSync(path.join(left, f), path.join(folder, f));
   await page.give('Open folder…', folder);
   await page.see(node => words(node) === '10 of 10 used', 120000);
 });
@@ -301,7 +302,7 @@ inBrowser('cancel: what has been found stays', photographs, async b => {
   const many = path.join(scratch, 'many');
   fs.mkdirSync(many);
   for (let copy = 0; copy < 6; copy++) {
-    for (const f of fs.readdirSync(left).filter(f => f.endsWith('.jpg'))) fs.copyFileSync(path.join(left, f), path.join(many, `${copy} ${f}`));
+    for (const f of jpegs()) fs.copyFileSync(path.join(left, f), path.join(many, `${copy} ${f}`));
   }
   await page.give('Open folder…', many);
   await solved(page);
@@ -322,17 +323,17 @@ inBrowser('what is no picture says so in a sentence, and costs nothing else', ta
   await idle(page);
   const box = brand => Buffer.concat([Buffer.from([0, 0, 0, 24]), Buffer.from(`ftyp${brand}`), Buffer.alloc(12)]);
   await page.drop([
-    ['clip.mp4', box('isom')], ['phone.heic', box('heic')], ['notes.txt', 'no picture'], ['empty.png', ''],
+    ['clip.mp4', box('isom')], ['phone.heic', box('heic')], ['notes.txt', 'no picture'], ['blank.png', ''],
     // A raw file of a camera: a TIFF with DNGVersion.
-    ['raw.dng', Buffer.from('49492a00080000000100' + '12c60100040000000104000000000000', 'hex')],
+    ['shot.dng', Buffer.from('49492a00080000000100' + '12c60100040000000104000000000000', 'hex')],
     ['cut.jpg', fs.readFileSync(path.join(left, 'left01.jpg')).subarray(0, 3000)],
   ]);
   const says = async (name, why) => assert.match(words(await page.see(node => node.role === 'ListItem' && words(node).startsWith(name) && !words(node).includes('not read yet'))), why);
   await says('clip ', /is a video/);
   await says('phone ', /HEIC.*export/);
   await says('notes ', /not a picture|no picture|text/i);
-  await says('raw ', /DNG|raw/i);
-  await says('empty ', /empty/);
+  await says('shot ', /DNG|raw/i);
+  await says('blank ', /empty/);
   await says('cut ', /cut short|damaged/);
   await page.see('of 19 used');
 });

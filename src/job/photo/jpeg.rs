@@ -16,7 +16,7 @@ pub(super) fn decode(
     notes: &mut Vec<String>,
 ) -> std::result::Result<Photo, String> {
     let options = DecoderOptions::default().set_max_width(usize::MAX).set_max_height(usize::MAX);
-    // A copy costs nothing beside decoding, and the tiff crate reads vectors too: one decoder less in the program.
+    // A copy costs little beside decoding, and the tiff crate reads vectors too: one decoder less in the program.
     let reader = || ZCursor::new(bytes.to_vec());
     let mut probe = JpegDecoder::new_with_options(reader(), options.set_strict_mode(false));
     let complete = has_end(bytes);
