@@ -21,7 +21,7 @@ const least = list => Math.min(...list);
 
 // 1. What is loaded.
 const files = fs.readdirSync(dist, { recursive: true }).map(f => path.join(dist, f)).filter(f => fs.statSync(f).isFile());
-const kinds = [['page (wasm)', f => /straightedge.*\.wasm$/.test(f)], ['workers (wasm)', f => f.endsWith('worker_bg.wasm')], ['all else', () => true]];
+const kinds = [['the program (wasm)', f => f.endsWith('.wasm')], ['all else', () => true]];
 const rest = new Set(files), sums = [0, 0, 0];
 lines.push('## What is loaded', '');
 row('', 'raw', 'gzip -9', 'brotli 11');

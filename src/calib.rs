@@ -1,51 +1,14 @@
-//! The calibration library: geometry, vision, optimisation, statistics, rendering, file formats.
+//! The calibration library: the engine (geometry, vision, optimisation, statistics, rendering; its modules are here too), and what
+//! is made of its results: the report, findings, figures, pages, camera files, boards to print.
 //!
-//! It knows no files, no threads, no clocks and no global state, and it is deterministic: on one build and
-//! CPU class the same input gives the same bits, whatever the number of threads above it.
-//!
-//! # Conventions
-//!
-//! * **Pixels**: `(0, 0)` is the *centre* of the top-left pixel; x right, y down. Everything inside is in this
-//!   origin (OpenCV's); formats with another origin convert at their border.
-//! * **Camera frame**: x right, y down, z forward. **Board frame**: x along the columns, y along the rows,
-//!   z away from the camera's side; board points have z = 0; the origin is corner 0.
-//! * **Transforms** are named `a_from_b`, points `x_in_a`: `camera_from_board * point_in_board` is a point in
-//!   the camera frame.
-//! * **Index** of a corner = `row · columns + column` over the full board of inner corners, also when only a
-//!   part of it is seen.
-//! * **Residual** = observed − projected, px.
-//! * **Units** sit in names (`_px`, `_rad`, `_deg`). Lengths of the board and of poses are in the unit in which
-//!   the square was given; they never influence the camera.
-//! * **RMS** is over the 2-D distances of all corners of the included views, unweighted, outliers counted
-//!   (OpenCV's number).
-//!
-//! `docs/interface.md` defines every word, option and field.
+//! Its conventions are those of [`engine`]: it knows no files, no threads, no clocks and no global state, and is deterministic.
+
+pub use engine::*;
 
 pub mod board;
-pub mod calibrate;
-pub mod camera;
-pub mod detect;
 pub mod diagnose;
-pub mod error;
 pub mod experiment;
 pub mod figure;
 pub mod format;
-pub mod homography;
 pub mod html;
-pub mod image;
-pub mod json;
-pub mod named;
-pub mod number;
-pub mod observation;
-pub mod pose;
-pub mod refine;
 pub mod report;
-pub mod solution;
-pub mod stats;
-pub mod synth;
-pub mod target;
-pub mod uncertainty;
-pub mod undistort;
-pub mod zhang;
-
-pub use error::{Error, Result};

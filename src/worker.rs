@@ -6,11 +6,10 @@
 
 #[cfg(not(target_arch = "wasm32"))]
 mod lane_native;
-#[cfg(all(target_arch = "wasm32", feature = "window"))]
+#[cfg(target_arch = "wasm32")]
 mod lane_web;
-#[cfg(any(not(target_arch = "wasm32"), feature = "window"))]
 mod pool;
-#[cfg(all(target_arch = "wasm32", feature = "web-worker"))]
+#[cfg(target_arch = "wasm32")]
 mod serve_web;
 #[cfg(not(target_arch = "wasm32"))]
 mod side_by_side;
@@ -19,11 +18,10 @@ pub mod straighten;
 #[cfg(any(test, target_arch = "wasm32"))]
 pub(crate) mod wire;
 
-#[cfg(all(target_arch = "wasm32", feature = "window"))]
+#[cfg(target_arch = "wasm32")]
 pub use lane_web::threads;
-#[cfg(any(not(target_arch = "wasm32"), feature = "window"))]
 pub use pool::{Event, Pool};
-#[cfg(all(target_arch = "wasm32", feature = "web-worker"))]
-pub use serve_web::serve;
+#[cfg(target_arch = "wasm32")]
+pub use serve_web::{scope, serve};
 #[cfg(not(target_arch = "wasm32"))]
 pub use side_by_side::{side_by_side, threads};

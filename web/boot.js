@@ -1,8 +1,5 @@
 // Checks what the browser can do, loads the program with its progress, and starts it.
-import { broken, progress } from './page.js';
-
-const { js, wasm } = document.getElementById('boot').dataset;
-const address = path => new URL(path, document.baseURI);
+import { broken, program_js, progress } from './page.js';
 
 // 128-bit SIMD, which every browser has since 2023.
 const SIMD = [0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11];
@@ -14,7 +11,8 @@ function missing() {
 }
 
 async function program() {
-  const response = await fetch(address(wasm));
+  const { wasm } = document.getElementById('boot').dataset;
+  const response = await fetch(new URL(wasm, document.baseURI));
   if (!response.ok) throw new Error(`${response.status} ${response.statusText}`);
   // A compressed answer says how long it is compressed: that is no measure of what is counted here.
   const total = response.headers.has('content-encoding') ? 0 : +response.headers.get('content-length');
@@ -31,7 +29,7 @@ if (why) {
 } else {
   document.getElementById('app').addEventListener('webglcontextlost', () => broken('The browser took the graphics card away from this page. What you did is kept: load the page again.'));
   try {
-    const { default: init } = await import(address(js));
+    const { default: init } = await import(program_js());
     await init({ module_or_path: program() });
   } catch (error) {
     broken(`Straightedge could not be loaded (${error?.message ?? error}). Check the connection and load the page again.`);

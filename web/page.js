@@ -2,6 +2,11 @@
 
 const element = id => document.getElementById(id);
 
+// The address of the program's JavaScript.
+export function program_js() {
+  return new URL(element('boot').dataset.js, document.baseURI).href;
+}
+
 // The first picture is drawn.
 export function ready() {
   element('loading').hidden = true;

@@ -38,8 +38,12 @@ pub fn show(cx: &mut Cx<'_>, ui: &Ui) {
     let Some(part) = cx.state.screen.lab else { return };
     let t = cx.t;
     let area = ui.ctx().content_rect();
-    let size = vec2(356.0, (area.height() - 80.0).clamp(300.0, 640.0));
+    // Photographs have no scene to change: then it says so, and is no larger than that.
+    let empty = part == Part::Scene && cx.state.doc.scene().is_none();
+    let height = if empty { 140.0 } else { (area.height() - 80.0).clamp(300.0, 640.0) };
+    let size = vec2(356.0, height);
     egui::Window::new("Lab")
+        .id(egui::Id::unique(("lab", empty)))
         .title_bar(false)
         .default_rect(Rect::from_min_size(pos2(area.left() + 258.0, area.top() + 74.0), size))
         .constrain_to(area)

@@ -112,9 +112,15 @@ pub fn contours(ui: &Ui, rect: Rect, grid: &Grid, levels: &[(f64, String)]) {
         let spots = pieces.iter().map(|[a, _]| place(*a));
         let clear =
             |p: &Pos2| labels.iter().all(|(q, _)| (p.x - q.x).abs() > 34.0 || (p.y - q.y).abs() > 20.0);
+        // Along the way to the lower left corner, where closed curves lie farthest apart.
+        let way = rect.left_bottom() - rect.center();
         let best = spots.filter(clear).min_by(|a, b| {
-            let from = |p: &Pos2| (p.y - rect.center().y).abs() + 0.3 * (p.x - rect.left()).abs();
-            from(a).total_cmp(&from(b))
+            let off = |p: &Pos2| {
+                let d = *p - rect.center();
+                let beside = (way.x * d.y - way.y * d.x).abs() / way.length();
+                if d.dot(way) > 0.0 { beside } else { beside + d.length() }
+            };
+            off(a).total_cmp(&off(b))
         });
         if let Some(at) = best {
             labels.push((at, label));

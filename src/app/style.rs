@@ -288,7 +288,8 @@ fn visuals(theme: Theme, t: &Tokens) -> Visuals {
     v.weak_text_color = Some(t.text3);
     v.striped = false;
     let widget = |w: &mut egui::style::WidgetVisuals, fill: Color32, text: Color32| {
-        w.bg_fill = fill;
+        // Boxes to tick have no letters that would show where they are.
+        w.bg_fill = fill.lerp_to_gamma(text, 0.22);
         w.weak_bg_fill = fill;
         w.bg_stroke = Stroke::NONE;
         w.fg_stroke = Stroke::new(1.0, text);

@@ -1,6 +1,6 @@
 //! A lane as a web worker.
 //!
-//! All workers share one compiled module. A worker cannot be asked to stop while it computes, so it is ended and another one takes
+//! All workers share the compiled module of the page. A worker cannot be asked to stop while it computes, so it is ended and another one takes
 //! its place; the same where it crashed, and where its memory has grown: that of WebAssembly never shrinks.
 
 use std::{
@@ -10,10 +10,9 @@ use std::{
     sync::mpsc::Sender,
 };
 
-use js_sys::{Array, Object, Promise, Reflect, Uint8Array, WebAssembly};
-use wasm_bindgen::{JsCast as _, JsValue, closure::Closure};
-use wasm_bindgen_futures::{JsFuture, spawn_local};
-use web_sys::{ErrorEvent, MessageEvent, Worker};
+use js_sys::{Array, Object, Reflect, Uint8Array};
+use wasm_bindgen::{JsCast as _, JsValue, closure::Closure, prelude::wasm_bindgen};
+use web_sys::{ErrorEvent, MessageEvent, Worker, WorkerOptions, WorkerType};
 
 use super::{
     pool::{Message, Wake},
@@ -24,13 +23,18 @@ use crate::{
     job::{Key, Progress, Reply, Request, photo},
 };
 
-/// What the page loads for its workers, beside itself.
+/// What a worker runs first.
 const BOOT: &str = "worker_boot.js";
-const MODULE: &str = "worker_bg.wasm";
 /// Memory of a worker above which another one takes its place, bytes.
 const GROWN: f64 = 160e6;
 /// More workers than this cost memory and gain little.
 const MOST: usize = 6;
+
+#[wasm_bindgen(module = "/web/page.js")]
+extern "C" {
+    /// The address of the JavaScript around the program.
+    fn program_js() -> String;
+}
 
 /// Workers for this machine: one processor is left to the page.
 pub fn threads(asked: Option<u16>) -> usize {
@@ -117,7 +121,9 @@ impl Inner {
     }
 
     fn started(&self) -> std::result::Result<Running, JsValue> {
-        let worker = Worker::new(BOOT)?;
+        let options = WorkerOptions::new();
+        options.set_type(WorkerType::Module);
+        let worker = Worker::new_with_options(BOOT, &options)?;
         let me = self.me.clone();
         let heard = Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
             if let Some(inner) = me.upgrade() {
@@ -134,16 +140,10 @@ impl Inner {
         });
         worker.set_onmessage(Some(heard.as_ref().unchecked_ref()));
         worker.set_onerror(Some(failed.as_ref().unchecked_ref()));
-        let (me, to) = (self.me.clone(), worker.clone());
-        spawn_local(async move {
-            let sent = match module().await {
-                Ok(module) => to.post_message(&module),
-                Err(error) => Err(error),
-            };
-            if let (Err(error), Some(inner)) = (sent, me.upgrade()) {
-                inner.borrow_mut().failed(&text(&error));
-            }
-        });
+        let program = Object::new();
+        Reflect::set(&program, &"module".into(), &wasm_bindgen::module())?;
+        Reflect::set(&program, &"js".into(), &program_js().into())?;
+        worker.post_message(&program)?;
         Ok(Running { worker, ready: false, _heard: heard, _failed: failed })
     }
 
@@ -216,29 +216,6 @@ impl Inner {
             (self.wake)();
         }
     }
-}
-
-/// The program of the workers, loaded and compiled once.
-async fn module() -> std::result::Result<JsValue, JsValue> {
-    thread_local! {
-        static MODULE_OF_ALL: RefCell<Option<Promise>> = const { RefCell::new(None) };
-    }
-    let load = || {
-        let window = web_sys::window()?;
-        Some(WebAssembly::compile_streaming(&window.fetch_with_str(MODULE)))
-    };
-    let promise = MODULE_OF_ALL.with_borrow_mut(|known| {
-        if known.is_none() {
-            *known = load();
-        }
-        known.clone()
-    });
-    let compiled = JsFuture::from(promise.ok_or("there is no window")?).await;
-    if compiled.is_err() {
-        // The next worker tries again.
-        MODULE_OF_ALL.set(None);
-    }
-    compiled
 }
 
 /// An error of the browser in words.

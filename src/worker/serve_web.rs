@@ -13,13 +13,17 @@ use web_sys::{DedicatedWorkerGlobalScope, File, MessageEvent};
 use super::wire;
 use crate::job::{self, Progress, Request, photo};
 
+/// The worker that this is, unless it is the page.
+pub fn scope() -> Option<DedicatedWorkerGlobalScope> {
+    js_sys::global().dyn_into().ok()
+}
+
 /// Serves from now on.
-pub fn serve() {
+pub fn serve(scope: &DedicatedWorkerGlobalScope) {
     std::panic::set_hook(Box::new(|panic| {
         // The instance ends here; the page hears why, and goes on with another one.
         post(&[("crashed", panic.to_string().into())], &Array::new());
     }));
-    let scope: DedicatedWorkerGlobalScope = js_sys::global().unchecked_into();
     let answer = Closure::<dyn FnMut(MessageEvent)>::new(|event: MessageEvent| {
         if let Err(error) = work(&event.data()) {
             post(&[("crashed", error.into())], &Array::new());
@@ -61,6 +65,6 @@ fn post(pairs: &[(&str, JsValue)], transfer: &Array) {
     for (name, value) in pairs {
         let _ = Reflect::set(&message, &(*name).into(), value);
     }
-    let scope: DedicatedWorkerGlobalScope = js_sys::global().unchecked_into();
+    let Some(scope) = scope() else { return };
     let _ = scope.post_message_with_transfer(&message, transfer);
 }

@@ -1,11 +1,11 @@
-//! `calib` knows no files, threads, clocks, printing, and nothing above it: its sources say so.
+//! `engine` and `calib` know no files, threads, clocks, printing, and nothing above them: their sources say so.
 
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
-/// Paths that `calib` may not name, alone or as the beginning of a longer path.
+/// Paths that they may not name, alone or as the beginning of a longer path.
 const FORBIDDEN: [&str; 14] = [
     "egui",
     "crate::job",
@@ -22,7 +22,7 @@ const FORBIDDEN: [&str; 14] = [
     "std::time::SystemTime",
     "web_time",
 ];
-/// Calls that it may not make, however they were imported.
+/// Calls that they may not make, however they were imported.
 const CALLS: [&str; 6] = ["println!", "print!", "eprintln!", "eprint!", "Instant::now", "SystemTime::now"];
 
 /// What a source file names that it may not.
@@ -123,11 +123,12 @@ fn sources(folder: &Path, list: &mut Vec<PathBuf>) {
 }
 
 #[test]
-fn calib_knows_nothing_above_it_and_no_system() {
+fn engine_and_calib_know_nothing_above_them_and_no_system() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut files = vec![root.join("calib.rs")];
     sources(&root.join("calib"), &mut files);
-    assert!(files.len() > 50, "only {} sources of calib were found", files.len());
+    sources(&root.join("engine"), &mut files);
+    assert!(files.len() > 100, "only {} sources were found", files.len());
     let bad: Vec<String> = files
         .iter()
         .flat_map(|file| {
@@ -138,7 +139,7 @@ fn calib_knows_nothing_above_it_and_no_system() {
         .collect();
     assert!(
         bad.is_empty(),
-        "calib must not use files, threads, clocks, printing or what lies above it:\n{}",
+        "engine and calib must not use files, threads, clocks, printing or what lies above it:\n{}",
         bad.join("\n")
     );
 }

@@ -320,7 +320,9 @@ fn meaning(name: &str) -> &'static str {
 fn more(cx: &mut Cx<'_>, ui: &mut Ui, solution: &Solution) {
     let t = cx.t;
     ui.add_space(8.0);
-    ui.label(text("Hold", font::semibold(font::SMALL), t.ink));
+    ui.label(text("Hold", font::semibold(font::SMALL), t.ink)).on_hover_text(
+        "A held parameter stays at its start: the coefficients at 0, the principal point in the middle of the picture",
+    );
     ui.add_space(4.0);
     ui.horizontal_wrapped(|ui| {
         for param in solution.camera.spec().params.iter().skip(2) {

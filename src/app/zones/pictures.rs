@@ -14,8 +14,12 @@ use crate::{
     job::evidence::SET_ASIDE_BY_HAND,
 };
 
+/// Of pictures that wait.
+const NOT_READ: &str = "not read yet";
 /// Height of a row.
 const ROW: f32 = 44.0;
+/// Height of the line below the list.
+const FOOT: f32 = 26.0;
 
 /// One line of the list, as text: what a test reads.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,7 +70,7 @@ pub fn rows(state: &State) -> Vec<Row> {
                 row.why = match state.data.inspections.get(&frame.id) {
                     Some(Err(error)) => error.to_string(),
                     Some(Ok(_)) => String::new(),
-                    None => "not read yet".to_owned(),
+                    None => NOT_READ.to_owned(),
                 };
                 return row;
             };
@@ -109,9 +113,16 @@ pub fn rows(state: &State) -> Vec<Row> {
         Sort::Tilt => rows.sort_by(|a, b| b.tilt.total_cmp(&a.tilt)),
         Sort::Corners => rows.sort_by_key(|r| std::cmp::Reverse(r.corners)),
     }
-    // What is not used stands below what is.
-    rows.sort_by_key(|r| !r.used && !r.why.is_empty() && r.why != "not read yet");
+    // What could not be used stands below what is; what the user sets aside stays where it is under the pointer.
+    rows.sort_by_key(Row::is_aside);
     rows
+}
+
+impl Row {
+    /// Whether the program has set it aside.
+    fn is_aside(&self) -> bool {
+        !self.used && !self.excluded && !self.why.is_empty() && self.why != NOT_READ
+    }
 }
 
 /// Draws head and list.
@@ -119,7 +130,7 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
     let rows = rows(cx.state);
     head(cx, ui);
-    let first_aside = rows.iter().position(|r| !r.used && !r.why.is_empty() && r.why != "not read yet");
+    let first_aside = rows.iter().position(Row::is_aside);
     let lines = rows.len() + usize::from(first_aside.is_some_and(|f| f > 0));
     ui.spacing_mut().item_spacing.y = 0.0;
     let selected = cx.state.selected();
@@ -130,11 +141,21 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         (before != selected).then_some(selected).flatten()
     });
     let line_of = |i: usize| i + usize::from(first_aside.is_some_and(|f| f > 0 && i >= f));
+    let offset_id = egui::Id::unique("list offset");
+    let (offset, height) = ui.data(|d| d.get_temp::<(f32, f32)>(offset_id)).unwrap_or((0.0, f32::MAX));
+    // Reasons at the end of a long list would be found by nobody.
+    let below = first_aside.filter(|f| {
+        let bottom = offset + ui.available_height();
+        *f > 0 && height < f32::MAX && (*f as f32 + 0.5) * ROW > bottom
+    });
     let mut area = egui::ScrollArea::vertical().auto_shrink(false);
-    if let Some(i) = scroll_to.and_then(|id| rows.iter().position(|r| r.id == id)) {
+    if below.is_some() {
+        area = area.max_height(ui.available_height() - FOOT);
+    }
+    if ui.data_mut(|d| d.remove_temp::<bool>(offset_id.with("to what is set aside"))).is_some() {
+        area = area.vertical_scroll_offset(first_aside.unwrap_or(0) as f32 * ROW);
+    } else if let Some(i) = scroll_to.and_then(|id| rows.iter().position(|r| r.id == id)) {
         let top = line_of(i) as f32 * ROW;
-        let id = egui::Id::unique("list offset");
-        let (offset, height) = ui.data(|d| d.get_temp::<(f32, f32)>(id)).unwrap_or((0.0, f32::MAX));
         if top < offset {
             area = area.vertical_scroll_offset(top);
         } else if top + ROW > offset + height {
@@ -170,7 +191,28 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         }
     });
     let place = (out.state.unclamped_offset().y, out.inner_rect.height());
-    ui.data_mut(|d| d.insert_temp(egui::Id::unique("list offset"), place));
+    ui.data_mut(|d| d.insert_temp(offset_id, place));
+    if let Some(f) = below {
+        foot(cx, ui, rows.len() - f);
+    }
+}
+
+/// Says that there is more below, and goes there.
+fn foot(cx: &Cx<'_>, ui: &mut Ui, aside: usize) {
+    let t = cx.t;
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), FOOT), Sense::click());
+    let words = format!("{aside} set aside, and why");
+    named(&response, egui::Role::Button, true, &words);
+    let painter = ui.painter();
+    painter.rect_filled(rect, 0.0, if response.hovered() { t.ctl } else { t.raised });
+    painter.hline(rect.x_range(), rect.top(), Stroke::new(1.0, t.line));
+    let left = pos2(rect.left() + 10.0, rect.center().y);
+    painter.text(left, Align2::LEFT_CENTER, words, font::regular(font::SMALL), t.text2);
+    let right = pos2(rect.right() - 10.0, rect.center().y);
+    painter.text(right, Align2::RIGHT_CENTER, icon::CARET_DOWN, font::regular(11.0), t.text2);
+    if response.clicked() {
+        ui.data_mut(|d| d.insert_temp(egui::Id::unique("list offset").with("to what is set aside"), true));
+    }
 }
 
 fn head(cx: &mut Cx<'_>, ui: &mut Ui) {

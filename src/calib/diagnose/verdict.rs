@@ -56,17 +56,14 @@ pub(super) fn of(facts: &Facts<'_>) -> Verdict {
 }
 
 fn good(solution: &Solution) -> String {
-    // Nobody needs, or believes, more digits than thousandths of a pixel.
-    let short = |px: Option<f64>| match px {
-        Some(px) if px >= 0.001 => format!("±{} px", significant(px, 2)),
-        _ => "under 0.001 px".to_owned(),
-    };
     let u = &solution.uncertainty;
-    format!(
-        "Good everywhere: {} at the centre, {} in the corners",
-        short(u.center_px),
-        short(u.worst_corner_px)
-    )
+    let [center, corner] = [u.center_px, u.worst_corner_px].map(|px| bound(px.unwrap_or_default()));
+    format!("Good everywhere: {center} at the centre, {corner} in the corners")
+}
+
+/// Nobody needs, or believes, more digits than thousandths of a pixel.
+fn bound(px: f64) -> String {
+    if px >= 0.001 { format!("±{} px", significant(px, 2)) } else { "under 0.001 px".to_owned() }
 }
 
 fn not_trustworthy(why: impl std::fmt::Display) -> Objection {
@@ -134,7 +131,9 @@ fn guessed(_: &Facts<'_>, solution: &Solution) -> Objection {
     let u = &solution.uncertainty;
     let corners = u.worst_corner_px.is_none_or(|px| px > GUESS_PX).then_some("in the corners");
     let place = facts::guessed(u, GUESS_PX).or(corners)?;
-    Some((Level::Warn, format!("Good in the middle, a guess {place}")))
+    // An error bar, not praise: the same camera may fit badly.
+    let known = u.center_px.map(|px| format!("Known to {} in the middle", bound(px)))?;
+    Some((Level::Warn, format!("{known}, a guess {place}")))
 }
 
 fn facing(facts: &Facts<'_>, _: &Solution) -> Objection {

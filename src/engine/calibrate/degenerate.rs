@@ -1,0 +1,170 @@
+//! Refuses sets that do not determine the camera.
+//!
+//! The reduced normal matrix gives σ of each intrinsic; where one is suspiciously large, or all boards are nearly parallel
+//! (there the linear σ cannot be trusted), the focal lengths or the principal point are *held at other values* and all the
+//! rest is refined again: if that fits not significantly worse, any number reported would be arbitrary.
+
+use nalgebra::{DMatrix, Vector3};
+use std::ops::ControlFlow;
+
+use super::{CameraSetup, robust, unless_stopped};
+use crate::{
+    Error, Result,
+    refine::{self, Limits, State},
+};
+use robust::Fitted;
+
+/// σ/f or σ(centre)/width from which the profile is looked at.
+const SUSPICIOUS: f64 = 0.01;
+/// Largest angle between two boards below which the profile is looked at in any case, rad.
+const PARALLEL: f64 = 0.14;
+/// Largest angle between two boards below which all count as one view, rad.
+const ALIKE: f64 = 0.05;
+/// Relative change of a focal length, and share of the picture width for the centre, that must be excluded…
+const CHANGE: f64 = 0.3;
+/// …by this many standard deviations.
+const SIGNIFICANT: f64 = 3.0;
+
+/// Covariance of the free intrinsics, or the reason why there is none.
+pub(super) fn check(
+    problem: &refine::Problem<'_>,
+    setup: &CameraSetup,
+    fitted: &Fitted,
+    sigma0_px: f64,
+    singular_values: &[f64; 5],
+    tick: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<DMatrix<f64>> {
+    let state = &fitted.refined.state;
+    let spread = spread_rad(state);
+    let covariance = refine::information(problem, state).and_then(|i| robust::covariance(&i));
+    let Some((unit, _)) = covariance else {
+        return Err(refusal(problem, setup, spread, singular_values, None));
+    };
+    let covariance = unit * (sigma0_px * sigma0_px);
+    // Boards that are parallel say about the camera what one view says: two numbers.
+    let mut unknown: Vec<_> = (0..4).filter_map(|i| problem.free.slot(i)).collect();
+    unknown.dedup();
+    if spread < ALIKE && unknown.len() > 2 {
+        return Err(refusal(problem, setup, spread, singular_values, None));
+    }
+    let width = f64::from(setup.size_px[0].max(setup.size_px[1]));
+    for i in 0..4 {
+        let Some(slot) = problem.free.slot(i) else { continue };
+        if (0..i).any(|j| problem.free.slot(j) == Some(slot)) {
+            continue;
+        }
+        let unit = if i < 2 { state.params[i] } else { width };
+        let relative = covariance[(slot, slot)].sqrt() / unit;
+        if relative < SUSPICIOUS && (spread > PARALLEL || i >= 2) {
+            continue;
+        }
+        // The centre of the picture needs more room: a long lens hardly knows it, and that does little harm.
+        let changes: [f64; 2] = if i < 2 {
+            [1.0 + CHANGE, 1.0 / (1.0 + CHANGE)].map(|s| (s - 1.0) * unit)
+        } else {
+            [CHANGE * unit, -CHANGE * unit]
+        };
+        for change in changes {
+            if !excluded(problem, fitted, sigma0_px, i, change, tick)? {
+                return Err(refusal(problem, setup, spread, singular_values, Some((i, change))));
+            }
+        }
+    }
+    Ok(covariance)
+}
+
+/// Whether holding parameter `i` at its value + `change` fits significantly worse, everything else refined again.
+fn excluded(
+    problem: &refine::Problem<'_>,
+    fitted: &Fitted,
+    sigma0_px: f64,
+    i: usize,
+    change: f64,
+    tick: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<bool> {
+    let free = problem.free.holding(i);
+    let held = refine::Problem { free: &free, huber_px: fitted.huber_px, ..*problem };
+    // In steps, so that each start is close.
+    const STEPS: i32 = 4;
+    let mut at = fitted.refined.state.clone();
+    let mut cost = fitted.refined.cost;
+    for _ in 0..STEPS {
+        let slot = problem.free.slot(i);
+        for j in 0..at.params.len() {
+            if problem.free.slot(j) == slot {
+                let by = change / f64::from(STEPS);
+                at.params[j] += by;
+                if j < 2 {
+                    // A longer lens from further away: nearly the same picture.
+                    let k = at.params[j] / (at.params[j] - by);
+                    if j == 0 || problem.free.slot(0) != slot {
+                        at.poses.iter_mut().for_each(|p| p.translation.z *= k);
+                    }
+                }
+            }
+        }
+        let limits = Limits { iterations: 30, tolerance: 1e-6, damping: 1e-4 };
+        // Where it does not even see the board, it fits worse.
+        let Some(refined) = unless_stopped(refine::refine(&held, &at, limits, tick))? else {
+            return Ok(true);
+        };
+        (at, cost) = (refined.state, refined.cost);
+    }
+    // Rounding of coordinates is the least noise there can be.
+    let noise = sigma0_px.max(1e-9);
+    Ok(cost - fitted.refined.cost > (SIGNIFICANT * noise).powi(2))
+}
+
+/// Largest angle between the normals of two boards, rad.
+fn spread_rad(state: &State) -> f64 {
+    let normals: Vec<Vector3<f64>> = state.poses.iter().map(|p| p.rotation * Vector3::z()).collect();
+    // Farthest from the first, then farthest from that: within a factor of two of the diameter, in linear time.
+    let farthest = |from: &Vector3<f64>| {
+        normals.iter().copied().fold((*from, 0.0f64), |best, n| {
+            let angle = from.cross(&n).norm().atan2(from.dot(&n));
+            if angle > best.1 { (n, angle) } else { best }
+        })
+    };
+    normals.first().map_or(0.0, |first| farthest(&farthest(first).0).1)
+}
+
+fn refusal(
+    problem: &refine::Problem<'_>,
+    setup: &CameraSetup,
+    spread: f64,
+    singular_values: &[f64; 5],
+    found: Option<(usize, f64)>,
+) -> Error {
+    let views = problem.blocks.len();
+    let evidence = found.map_or_else(
+        || format!("singular values of the closed form fall to {:.1e}", singular_values[3]),
+        |(i, change)| {
+            let name = problem.spec.params[i].name;
+            if i < 2 {
+                format!(
+                    "a {name} {:.0} % {} fits as well",
+                    100.0 * CHANGE,
+                    if change > 0.0 { "longer" } else { "shorter" }
+                )
+            } else {
+                format!("a {name} that is {:.0} px off fits as well", change.abs())
+            }
+        },
+    );
+    let degrees = spread.to_degrees();
+    let remedy = "tilt the board by 20 to 40 degrees to the left, right, front and back";
+    let [w, h] = setup.size_px;
+    Error::Degenerate(if views == 1 {
+        format!(
+            "one view does not determine this camera ({evidence}): {remedy} in further pictures, or fix parameters (for example fx=fy,cx,cy)"
+        )
+    } else if spread < PARALLEL {
+        format!(
+            "all {views} boards are parallel within {degrees:.1} degrees, so focal length and distance cannot be told apart ({evidence}): {remedy}"
+        )
+    } else {
+        format!(
+            "the {views} views do not determine the camera of the {w} x {h} px pictures ({evidence}): {remedy}, and fill more of the picture"
+        )
+    })
+}

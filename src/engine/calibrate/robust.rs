@@ -1,0 +1,205 @@
+//! The loss and the weights, estimated together with the solution.
+
+use nalgebra::{DMatrix, Vector2};
+use std::ops::ControlFlow;
+
+use super::{Loss, Options, Weights, prepare::Seen};
+use crate::{
+    Result,
+    refine::{self, Limits, Refined, State, block::Block},
+    solution::Iteration,
+};
+
+/// Threshold of Huber's loss in standard deviations of one coordinate.
+const HUBER: f64 = 2.5;
+/// √(2 ln 2): median of the length of a two-dimensional standard normal vector.
+const MEDIAN_LENGTH: f64 = 1.177_410_022_515_474_7;
+/// Corners are not believed beyond this, nor is any scale estimated below it, px: what the pixel grid does to edges that run
+/// along it is up to 0.004 px on noise-free pictures, shared by whole views.
+const FLOOR_PX: f64 = 3e-3;
+/// Scale below which the loss stays quadratic, px: what exact pictures leave is the shape of pixels and lens, the same for
+/// many corners. To call a part of it outliers would bias the camera and flatter its σ.
+const LOSS_FLOOR_PX: f64 = 0.015;
+/// In standard deviations of one coordinate: an outlier. Normal noise goes there once in 270 000 corners.
+pub(super) const OUTLIER: f64 = 5.0;
+
+/// The optimum with its loss.
+pub(super) struct Fitted {
+    pub(super) refined: Refined,
+    pub(super) blocks: Vec<Block>,
+    pub(super) residuals: Vec<Vec<Vector2<f64>>>,
+    /// Robust σ of one coordinate of a corner of weight 1, px.
+    pub(super) scale_px: f64,
+    pub(super) huber_px: Option<f64>,
+}
+
+/// Refines, with the scale of the loss and the weights brought to agree with the residuals.
+pub(super) fn fit(
+    problem: &refine::Problem<'_>,
+    views: &[Seen],
+    start: State,
+    options: &Options,
+    report: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<Fitted> {
+    const ROUNDS: usize = 30;
+    let mut blocks = problem.blocks.to_vec();
+    let robust = options.loss == Loss::Huber;
+    let weighted = options.weights == Weights::Sigma && uneven(views);
+    // The start is near already. In most rounds one step is enough: the scale moves less than that.
+    let mut limits = Limits { iterations: options.max_iterations, tolerance: 1e-3, damping: 1e-7 };
+    let adaptive = robust || weighted;
+    let mut history: Vec<Iteration> = Vec::new();
+    let mut at = start;
+    let mut huber_px = None;
+    let mut scale_px = 0.0;
+    if adaptive {
+        // Rounds until scale and weights stand still.
+        let mut excess = f64::NAN;
+        for _ in 0..ROUNDS {
+            let residuals = all_residuals(problem, &at);
+            let before = (scale_px, excess);
+            if weighted {
+                excess = excess_variance(views, &residuals);
+                set_weights(&mut blocks, views, excess);
+            }
+            scale_px = scale(&blocks, &residuals);
+            if robust {
+                huber_px = Some(HUBER * scale_px.max(LOSS_FLOOR_PX));
+            }
+            let still = |a: f64, b: f64| (a - b).abs() <= 1e-4 * b.abs();
+            if still(before.0, scale_px)
+                && (!weighted || (before.1.sqrt() - excess.sqrt()).abs() <= 1e-4 * scale_px)
+            {
+                break;
+            }
+            let now = refine::Problem { blocks: &blocks, huber_px, ..*problem };
+            let refined = refine::refine(&now, &at, limits, report)?;
+            history.extend(&refined.iterations);
+            limits.damping = refined.damping;
+            at = refined.state;
+        }
+    }
+    let now = refine::Problem { blocks: &blocks, huber_px, ..*problem };
+    limits.tolerance = Limits::full(views.iter().map(|v| v.px.len()).sum()).tolerance;
+    let mut refined = refine::refine(&now, &at, limits, report)?;
+    history.append(&mut refined.iterations);
+    refined.iterations = history;
+    let residuals = all_residuals(&now, &refined.state);
+    if !robust {
+        scale_px = scale(&blocks, &residuals);
+    }
+    Ok(Fitted { refined, residuals, scale_px, huber_px, blocks })
+}
+
+fn all_residuals(problem: &refine::Problem<'_>, state: &State) -> Vec<Vec<Vector2<f64>>> {
+    (0..problem.blocks.len()).map(|i| refine::residuals(problem, state, i)).collect()
+}
+
+/// Robust σ of one coordinate, from the median length of the weighted residuals, px.
+fn scale(blocks: &[Block], residuals: &[Vec<Vector2<f64>>]) -> f64 {
+    let mut lengths: Vec<f64> = blocks
+        .iter()
+        .zip(residuals)
+        .flat_map(|(b, r)| r.iter().enumerate().map(|(i, r)| b.weight(i).sqrt() * r.norm()))
+        .collect();
+    (median(&mut lengths) / MEDIAN_LENGTH).max(FLOOR_PX)
+}
+
+/// Whether the corners' σ are usable and differ.
+fn uneven(views: &[Seen]) -> bool {
+    let all = || views.iter().flat_map(|v| &v.sigma_px);
+    let first = all().next().copied().unwrap_or(0.0);
+    all().all(|s| s.is_finite() && *s > 0.0) && all().any(|s| *s != first)
+}
+
+/// Variance per coordinate that the residuals show beyond the corners' own σ², px²: the typical normalised residual
+/// becomes that of normal noise.
+///
+/// Half of all corners have `r²/(σ² + excess) ≤ m²`, m the median length: so `excess` is the median of `r²/m² − σ²`.
+fn excess_variance(views: &[Seen], residuals: &[Vec<Vector2<f64>>]) -> f64 {
+    let mut beyond: Vec<f64> = views
+        .iter()
+        .zip(residuals)
+        .flat_map(|(v, r)| r.iter().zip(&v.sigma_px))
+        .map(|(r, s)| r.norm_squared() / (MEDIAN_LENGTH * MEDIAN_LENGTH) - floored(*s).powi(2))
+        .collect();
+    median(&mut beyond).max(0.0)
+}
+
+fn floored(sigma_px: f64) -> f64 {
+    sigma_px.max(FLOOR_PX)
+}
+
+/// Weights `∝ 1/(σ² + excess)` with mean 1.
+fn set_weights(blocks: &mut [Block], views: &[Seen], excess: f64) {
+    let weight = |s: f64| 1.0 / (floored(s).powi(2) + excess);
+    let (sum, count) =
+        views.iter().flat_map(|v| &v.sigma_px).fold((0.0, 0usize), |(sum, n), s| (sum + weight(*s), n + 1));
+    let mean = sum / count.max(1) as f64;
+    for (block, view) in blocks.iter_mut().zip(views) {
+        block.set_weights(|i| weight(view.sigma_px[i]) / mean);
+    }
+}
+
+pub(super) fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+impl Fitted {
+    /// Final factor of each squared residual: a-priori weight × Huber's.
+    pub(super) fn weight(&self, block: usize, corner: usize) -> f64 {
+        let w = self.blocks[block].weight(corner);
+        let e = w.sqrt() * self.residuals[block][corner].norm();
+        w * self.huber_px.map_or(1.0, |k| k / e.max(k))
+    }
+
+    /// Whether a corner lies beyond [`OUTLIER`] robust standard deviations.
+    pub(super) fn is_outlier(&self, block: usize, corner: usize) -> bool {
+        let e = self.blocks[block].weight(corner).sqrt() * self.residuals[block][corner].norm();
+        e > OUTLIER * self.scale_px.max(LOSS_FLOOR_PX)
+    }
+
+    /// σ of one coordinate of a corner of weight 1, a posteriori, px, for `freedom` = 2N − P.
+    ///
+    /// Least squares: `√(Σ w r²/(2N − P))`. Huber's loss: `√(Σ|ψ|²/(2N − P)) / mean ψ'` (P. Huber, Robust Statistics, 1981,
+    /// §7.6), because the weights that the loss gives would count large residuals twice.
+    pub(super) fn sigma0_px(&self, freedom: usize) -> f64 {
+        let (mut squares, mut slope, mut count) = (0.0, 0.0, 0usize);
+        for (block, residuals) in self.blocks.iter().zip(&self.residuals) {
+            for (i, r) in residuals.iter().enumerate() {
+                let e = block.weight(i).sqrt() * r.norm();
+                let k = self.huber_px.unwrap_or(f64::INFINITY);
+                squares += e.min(k).powi(2);
+                // Mean of the two derivatives of ψ: along the residual and across it.
+                slope += if e <= k { 1.0 } else { 0.5 * k / e };
+                count += 1;
+            }
+        }
+        (squares / freedom as f64).sqrt() * count as f64 / slope
+    }
+}
+
+/// Covariance of the free intrinsics for σ₀ = 1, and the reciprocal condition of the information scaled to unit diagonal;
+/// `None` where it is singular.
+pub(super) fn covariance(information: &DMatrix<f64>) -> Option<(DMatrix<f64>, f64)> {
+    let p = information.nrows();
+    if p == 0 {
+        return Some((DMatrix::zeros(0, 0), 1.0));
+    }
+    let scale: Vec<f64> = (0..p).map(|i| information[(i, i)].sqrt().recip()).collect();
+    if !scale.iter().all(|s| s.is_finite()) {
+        return None;
+    }
+    let scaled = DMatrix::from_fn(p, p, |i, j| information[(i, j)] * scale[i] * scale[j]);
+    let eigen = scaled.clone().symmetric_eigenvalues();
+    let (low, high) = eigen.iter().fold((f64::INFINITY, 0.0f64), |(l, h), e| (l.min(*e), h.max(*e)));
+    if low.is_nan() || low <= 1e-14 * high {
+        return None;
+    }
+    let inverse = scaled.cholesky()?.inverse();
+    Some((DMatrix::from_fn(p, p, |i, j| inverse[(i, j)] * scale[i] * scale[j]), low / high))
+}

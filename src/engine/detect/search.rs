@@ -1,0 +1,165 @@
+//! The order in which a picture is searched: where a board is found at once, and what is tried when it is not.
+
+use std::borrow::Cow;
+
+use nalgebra::Vector2;
+
+use super::{
+    Detection, Grid, GridCorner, Refinement,
+    complete::{Fitted, complete},
+    ends::ends,
+    gradient,
+    grow::{Field, Lattice},
+    pyramid::{Level, eight_bits, halve, is_peppered, median, noise},
+    reason::{Searched, why},
+    response::{RING, Ring, SMALL_RING},
+    sheet::{STEPS, Sheet, add, is_black},
+    strip::Start,
+};
+use crate::image::{Gray, Plane, Sample};
+
+/// Fewest corners of a grid, in at least [`FEWEST_LINES`] columns and rows.
+pub(super) const FEWEST: usize = 12;
+const FEWEST_LINES: i32 = 3;
+/// Fewest pixels of the level that is searched first, and most of any level that is searched.
+const LEVEL_PIXELS: [usize; 2] = [150_000, 1_300_000];
+/// Fewest pixels of a level that is worth a look.
+const SMALLEST: usize = 4_000;
+/// Distance of corners in a level below which the next finer level may see more, px.
+const CROWDED: f64 = 9.0;
+
+/// Searches a picture; `gray` is the same picture.
+pub(super) fn search<T: Sample>(picture: &Plane<T>, gray: &Gray, refinement: Refinement) -> Detection {
+    let first = Level { level: 0, picture: eight_bits(gray) };
+    let mut levels = vec![first];
+    while let Some(last) = levels.last()
+        && last.picture.data().len() / 4 >= SMALLEST
+    {
+        let half = halve(&last.picture);
+        levels.push(Level { level: last.level + 1, picture: Cow::Owned(half) });
+    }
+    let pixels = |i: usize| levels[i].picture.data().len();
+    let start = (0..levels.len()).rev().find(|i| pixels(*i) >= LEVEL_PIXELS[0]).unwrap_or(0);
+    let finest = (0..levels.len()).find(|i| pixels(*i) <= LEVEL_PIXELS[1]).unwrap_or(0);
+
+    let mut searched = Searched::default();
+    let mut look = |level: &Level<'_>, ring: &'static Ring| -> Option<Found> {
+        let mut field = Field::new(&level.picture, ring, noise(&level.picture));
+        searched.saddles = searched.saddles.max(field.len());
+        let lattice = field.largest(FEWEST / 2)?;
+        let fitted = complete(picture, level, &lattice)?;
+        searched.corners = searched.corners.max(fitted.len());
+        is_board(&fitted).then(|| Found { spacing: spacing(&lattice), fitted })
+    };
+    // From the start to finer levels, then to coarser ones, which see through blur and noise.
+    let order = (finest..=start).rev().chain(start + 1..levels.len());
+    let mut best: Option<Found> = None;
+    for i in order {
+        let found = look(&levels[i], &RING);
+        let crowded = found.as_ref().is_some_and(|f| f.spacing < CROWDED && i > finest && i <= start);
+        best = larger(best, found);
+        if best.is_some() && !crowded {
+            break;
+        }
+    }
+    if best.is_none() {
+        best = look(&levels[finest], &SMALL_RING);
+    }
+    if best.is_none() && is_peppered(&levels[finest].picture) {
+        let clean =
+            Level { level: levels[finest].level, picture: Cow::Owned(median(&levels[finest].picture)) };
+        best = look(&clean, &RING);
+    }
+    match best {
+        Some(found) => Detection { grid: Some(found.grid(picture, refinement)), why: String::new() },
+        None => Detection { grid: None, why: why(&levels, &searched) },
+    }
+}
+
+/// A grid that was found and refined.
+struct Found {
+    fitted: Fitted,
+    /// Median distance of neighbours in the level, px.
+    spacing: f64,
+}
+
+fn larger(a: Option<Found>, b: Option<Found>) -> Option<Found> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.fitted.len() > a.fitted.len() { b } else { a }),
+        (a, b) => a.or(b),
+    }
+}
+
+/// Enough corners in enough lines.
+fn is_board<T: Copy>(cells: &Sheet<T>) -> bool {
+    cells.len() >= FEWEST
+        && cells.bounds().is_some_and(|b| b.iter().all(|[first, last]| last - first + 1 >= FEWEST_LINES))
+}
+
+fn spacing(lattice: &Lattice) -> f64 {
+    let cells = &lattice.cells;
+    let step = |cell, px: Vector2<f64>, s| Some((cells.get(add(cell, s))? - px).norm());
+    let mut list: Vec<f64> = cells
+        .iter()
+        .flat_map(|(cell, px)| [step(cell, px, STEPS[1]), step(cell, px, STEPS[3])].into_iter().flatten())
+        .collect();
+    list.sort_by(f64::total_cmp);
+    list.get(list.len() / 2).copied().unwrap_or(0.0)
+}
+
+impl Found {
+    /// The grid as others see it, first row uppermost, columns from left to right.
+    fn grid<T: Sample>(&self, picture: &Plane<T>, refinement: Refinement) -> Grid {
+        let [[c0, c1], [r0, r1]] = self.fitted.bounds().unwrap_or_default();
+        let mut corners: Vec<GridCorner> = self
+            .fitted
+            .iter()
+            .map(|(cell, f)| GridCorner {
+                cell: [(cell[0] - c0) as u32, (cell[1] - r0) as u32],
+                px: f.px,
+                sigma_px: f.sigma_px(),
+            })
+            .collect();
+        refine_again(picture, &self.fitted, refinement, &mut corners);
+        let grid = Grid {
+            size: [(c1 - c0 + 1) as u32, (r1 - r0 + 1) as u32],
+            corners,
+            black_first: is_black([c0, r0]),
+            ends: ends(picture, &self.fitted),
+        };
+        grid.upright()
+    }
+}
+
+/// The ablations: corners refined another way, from whole pixels as other detectors give them.
+fn refine_again<T: Sample>(
+    picture: &Plane<T>,
+    fitted: &Fitted,
+    refinement: Refinement,
+    corners: &mut [GridCorner],
+) {
+    let window = match refinement {
+        Refinement::Strip => return,
+        Refinement::Off => {
+            for corner in corners {
+                corner.px = corner.px.map(f64::round);
+            }
+            return;
+        }
+        Refinement::Gradient(window) => window,
+    };
+    let mut number = Sheet::new();
+    for (i, (cell, _)) in fitted.iter().enumerate() {
+        number.set(cell, i as u32);
+    }
+    let starts: Vec<Start> = fitted
+        .iter()
+        .map(|(cell, f)| Start {
+            px: f.px.map(f64::round),
+            neighbours: STEPS.map(|s| number.get(add(cell, s))),
+        })
+        .collect();
+    for (corner, px) in corners.iter_mut().zip(gradient::refine(picture, &starts, window)) {
+        corner.px = px;
+    }
+}

@@ -1,0 +1,203 @@
+//! The detector on rendered boards with exactly known corners, and on pictures without a board.
+
+use std::collections::BTreeMap;
+
+use super::*;
+use crate::{
+    image::Plane,
+    synth::{self, Renderer, Scene},
+    target::BoardSize,
+};
+
+fn size(text: &str) -> BoardSize {
+    text.parse().unwrap()
+}
+
+/// The source document's scene with a white margin and a degradation.
+fn scene(degrade: &str) -> Scene {
+    let mut scene = Scene { degrade: degrade.parse().unwrap(), seed: 7, ..Scene::seed() };
+    scene.board.margin = 0.5;
+    scene
+}
+
+fn find(picture: Plane<u8>) -> Detection {
+    detect(&Gray::U8(picture), &Options::default())
+}
+
+/// Distances of found corners from the truth, px.
+fn errors(scene: &Scene, view: usize, found: &Assigned) -> Vec<f64> {
+    let truth = scene.corners_px(view);
+    found.corners.iter().map(|c| (truth[c.index as usize].unwrap() - c.px).norm()).collect()
+}
+
+fn rms(errors: &[f64]) -> f64 {
+    (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt()
+}
+
+#[test]
+fn every_view_of_the_document_is_found_whole_with_its_indices() {
+    for (degrade, bound) in [
+        ("", 0.01),
+        ("noise=10", 0.05),
+        ("blur=2", 0.02),
+        ("motion=5", 0.05),
+        ("light=0.6,vignette=0.4", 0.05),
+        ("contrast=0.3,noise=2", 0.06),
+        ("jpeg=40", 0.05),
+    ] {
+        let scene = scene(degrade);
+        let renderer = Renderer::new(&scene).unwrap();
+        let mut all = Vec::new();
+        for view in 0..scene.poses.len() {
+            let found = find(renderer.render(view).unwrap());
+            let grid = found.grid.unwrap_or_else(|| panic!("{degrade} view {view}: {}", found.why));
+            let assigned = grid.assign(size("9x6")).unwrap();
+            assert!(assigned.full && !assigned.order_is_a_choice, "{degrade} view {view}");
+            all.extend(errors(&scene, view, &assigned));
+        }
+        let worst = all.iter().fold(0.0f64, |m, e| m.max(*e));
+        println!("{degrade}: RMS {:.4} largest {worst:.3}", rms(&all));
+        assert!(rms(&all) < bound && worst < 10.0 * bound, "{degrade}: {} {worst}", rms(&all));
+    }
+}
+
+#[test]
+fn parts_of_boards_are_used_with_the_right_indices() {
+    let mut scene = scene("noise=2");
+    let mut used = 0;
+    for shift in [[150.0, 0.0], [-150.0, 30.0], [0.0, 110.0], [20.0, -110.0], [120.0, 90.0], [-130.0, -80.0]]
+    {
+        for pose in &mut scene.poses {
+            pose.translation[0] += shift[0];
+            pose.translation[1] += shift[1];
+        }
+        let renderer = Renderer::new(&scene).unwrap();
+        for view in [0, 3, 7, 9, 12] {
+            let Some(grid) = find(renderer.render(view).unwrap()).grid else { continue };
+            if let Ok(part) = grid.assign(size("9x6")) {
+                let e = errors(&scene, view, &part);
+                assert!(e.iter().all(|e| *e < 0.2), "{shift:?} view {view}: {e:?}");
+                used += usize::from(!part.full);
+            }
+        }
+        for pose in &mut scene.poses {
+            pose.translation[0] -= shift[0];
+            pose.translation[1] -= shift[1];
+        }
+    }
+    println!("{used} parts of 30 boards used");
+    assert!(used >= 12, "{used}");
+}
+
+#[test]
+fn hidden_corners_are_missing_not_wrong() {
+    let scene = scene("occlusion=0.15,noise=3");
+    let renderer = Renderer::new(&scene).unwrap();
+    let mut missing = 0;
+    for view in 0..6 {
+        let grid = find(renderer.render(view).unwrap()).grid.unwrap();
+        if let Ok(part) = grid.assign(size("9x6")) {
+            let e = errors(&scene, view, &part);
+            // An edge of the occluder through a corner's strips moves it a little.
+            assert!(e.iter().all(|e| *e < 1.0), "view {view}: {e:?}");
+            missing += 54 - part.corners.len();
+        }
+    }
+    assert!(missing > 6, "{missing}");
+}
+
+#[test]
+fn what_is_no_board_is_refused_with_a_reason() {
+    let wave =
+        |x: usize, y: usize| (127.0 + 100.0 * ((x as f64) / 7.0).sin() * ((y as f64) / 9.0).cos()) as u8;
+    let pictures: [(&str, Plane<u8>); 7] = [
+        ("flat", Plane::from_fn(300, 200, |_, _| 128)),
+        ("stripes", Plane::from_fn(300, 200, |x, _| if x / 12 % 2 == 0 { 20 } else { 230 })),
+        (
+            "dots",
+            Plane::from_fn(300, 200, |x, y| {
+                let (dx, dy) = ((x % 24) as i32 - 12, (y % 24) as i32 - 12);
+                if dx * dx + dy * dy < 49 { 20 } else { 230 }
+            }),
+        ),
+        ("windows", Plane::from_fn(300, 200, |x, y| if x % 30 < 22 && y % 40 < 30 { 40 } else { 200 })),
+        ("tiles", Plane::from_fn(300, 200, |x, y| if x % 25 < 3 || y % 25 < 3 { 60 } else { 220 })),
+        ("tiny", Plane::from_fn(9, 7, |x, y| ((x + y) % 2 * 255) as u8)),
+        ("one pixel", Plane::new(1, 1)),
+    ];
+    for (name, picture) in pictures {
+        let found = find(picture);
+        assert!(found.grid.is_none() && !found.why.is_empty(), "{name}: {found:?}");
+    }
+    assert!(detect(&Gray::U16(Plane::new(0, 0)), &Options::default()).grid.is_none());
+    // Waves cross as squares do, softly: whatever is said, nothing panics.
+    let _ = find(Plane::from_fn(300, 200, wave));
+}
+
+#[test]
+fn depth_and_rotation_do_not_matter() {
+    let scene = scene("");
+    let picture = synth::render(&scene, 7).unwrap();
+    let by_index = |picture: Gray| -> BTreeMap<u32, Vector2<f64>> {
+        let assigned = detect(&picture, &Options::default()).grid.unwrap().assign(size("9x6")).unwrap();
+        assigned.corners.iter().map(|c| (c.index, c.px)).collect()
+    };
+    let plain = by_index(Gray::U8(picture.clone()));
+    // Twelve bits within sixteen.
+    let deep = by_index(Gray::U16(picture.map(|v| 300 + 16 * u16::from(v))));
+    let (w, h) = (picture.width(), picture.height());
+    let turned = by_index(Gray::U8(Plane::from_fn(h, w, |x, y| picture.at(y, h - 1 - x))));
+    assert_eq!((plain.len(), deep.len(), turned.len()), (54, 54, 54));
+    for (index, px) in &plain {
+        assert!((deep[index] - px).norm() < 1e-3, "{index}");
+        let back = Vector2::new(turned[index].y, h as f64 - 1.0 - turned[index].x);
+        assert!((back - px).norm() < 5e-3, "{index}: {back} {px}");
+    }
+}
+
+#[test]
+fn ablations_are_less_exact() {
+    let scene = scene("noise=5");
+    let picture = Gray::U8(synth::render(&scene, 1).unwrap());
+    let error = |text: &str, presmooth_px: f64| {
+        let options = Options { refinement: text.parse().unwrap(), presmooth_px };
+        let assigned = detect(&picture, &options).grid.unwrap().assign(size("9x6")).unwrap();
+        rms(&errors(&scene, 1, &assigned))
+    };
+    let [strip, adaptive, seven, off] = ["strip", "gradient", "gradient7", "off"].map(|t| error(t, 0.0));
+    println!("strip {strip:.4} gradient {adaptive:.4} gradient7 {seven:.4} off {off:.3}");
+    assert!(strip < 0.5 * adaptive && strip < 0.5 * seven && adaptive < off && seven < off && off > 0.2);
+    assert!(error("strip", 0.5) < 0.05);
+}
+
+#[test]
+fn the_words_of_refinement() {
+    for text in ["strip", "gradient", "gradient11", "off"] {
+        assert_eq!(text.parse::<Refinement>().unwrap().to_string(), text);
+    }
+    for text in ["", "gradient0", "gradient100", "subpix", "gradient-3"] {
+        assert!(text.parse::<Refinement>().is_err(), "{text}");
+    }
+}
+
+#[test]
+fn pictures_of_any_shape_are_searched() {
+    for (width, height) in [
+        (0, 0),
+        (1, 1),
+        (1, 20_000),
+        (20_000, 1),
+        (2, 800_000),
+        (1_500_000, 1),
+        (3, 500_000),
+        (700_000, 7),
+        (30, 30),
+    ] {
+        let striped = Plane::from_fn(width, height, |x, y| if (x / 9 + y / 9) % 2 == 0 { 20 } else { 220 });
+        for presmooth_px in [0.0, 1.0] {
+            let options = Options { presmooth_px, ..Options::default() };
+            let found = detect(&Gray::U8(striped.clone()), &options);
+            assert!(found.grid.is_none() && !found.why.is_empty(), "{width}x{height}");
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! The part of the plane z = 1 that the photograph shows: its border, traced in stored pixels and unprojected.
+
+use nalgebra::Vector2;
+
+use super::{MAX_ANGLE_RAD, reach};
+use crate::{Error, Result, camera::Camera};
+
+/// Most border points on one side of the photograph. On a side of 1280 px that bows by 30 px, chords between 400 points leave
+/// the arc by less than 0.001 px.
+const POINTS_PER_SIDE: u32 = 400;
+
+/// A closed polygon in the plane z = 1 around what the photograph shows.
+#[derive(Clone, Debug)]
+pub(super) struct Region {
+    /// Corners in the order of the border; the last joins the first.
+    pub(super) border: Vec<Vector2<f64>>,
+    /// A point inside: what the middle of the picture, or the nearest pixel to it that has a ray, shows.
+    pub(super) inside: Vector2<f64>,
+}
+
+/// Traces the border.
+///
+/// Where border pixels have no usable ray (the model folds before it reaches them, or they look too far off the axis), the
+/// circle of the largest usable angle takes their place.
+pub(super) fn trace(camera: &Camera) -> Result<Region> {
+    let pixels = border_pixels(camera.size_px);
+    let rays: Vec<_> = pixels.iter().map(|px| point(camera, px)).collect();
+    let view = rays.iter().flatten().map(|p| p.norm()).fold(0.0, f64::max);
+    let fold = if rays.iter().all(Option::is_some) {
+        reach::fold_within(camera, view)
+    } else {
+        camera.fold_rad().min(MAX_ANGLE_RAD).tan()
+    };
+    let limit = fold.min(MAX_ANGLE_RAD.tan());
+    let usable = |p: Option<Vector2<f64>>| p.filter(|p| p.norm() <= limit);
+    let inside = anchor(camera, |px| usable(point(camera, px)))?;
+    let [fx, fy, cx, cy] = camera.intrinsics();
+    let [w, h] = camera.size_px.map(|n| f64::from(n) - 1.0);
+    let shown = |p: &Vector2<f64>| {
+        let px = (camera.spec().project_px)(&camera.params, &p.push(1.0));
+        px.is_some_and(|px| px.x >= 0.0 && px.y >= 0.0 && px.x <= w && px.y <= h)
+    };
+    let mut border = Vec::with_capacity(pixels.len());
+    for (i, px) in pixels.iter().enumerate() {
+        let here = usable(rays[i]);
+        match here {
+            Some(p) => border.push(p),
+            None => {
+                let towards = Vector2::new((px.x - cx) / fx, (px.y - cy) / fy);
+                border.extend(towards.try_normalize(0.0).map(|d| d * limit).filter(shown));
+            }
+        }
+        // Where the border leaves what has rays, or comes back, the corner is found exactly.
+        let next = (i + 1) % pixels.len();
+        if here.is_some() != usable(rays[next]).is_some() {
+            let (mut good, mut bad) = if here.is_some() { (*px, pixels[next]) } else { (pixels[next], *px) };
+            let mut corner = None;
+            for _ in 0..40 {
+                let middle = (good + bad) * 0.5;
+                match usable(point(camera, &middle)) {
+                    Some(p) => (good, corner) = (middle, Some(p)),
+                    None => bad = middle,
+                }
+            }
+            border.extend(corner);
+        }
+    }
+    Ok(Region { border, inside })
+}
+
+/// The point of the plane z = 1 that a pixel shows.
+fn point(camera: &Camera, px: &Vector2<f64>) -> Option<Vector2<f64>> {
+    let ray = camera.unproject(px)?;
+    (ray.z > 0.0).then(|| ray.xy() / ray.z)
+}
+
+/// What a pixel that has a ray shows: the middle of the picture where possible, else the nearest to it on a grid.
+fn anchor(camera: &Camera, usable: impl Fn(&Vector2<f64>) -> Option<Vector2<f64>>) -> Result<Vector2<f64>> {
+    const GRID: u32 = 32;
+    let [w, h] = camera.size_px.map(|n| f64::from(n) - 1.0);
+    let middle = Vector2::new(0.5 * w, 0.5 * h);
+    if let Some(point) = usable(&middle) {
+        return Ok(point);
+    }
+    let mut pixels: Vec<Vector2<f64>> = (0..=GRID)
+        .flat_map(|j| (0..=GRID).map(move |i| [i, j].map(|k| f64::from(k) / f64::from(GRID))))
+        .map(|[a, b]| Vector2::new(a * w, b * h))
+        .collect();
+    pixels.sort_by(|a, b| (a - middle).norm().total_cmp(&(b - middle).norm()));
+    pixels.iter().find_map(usable).ok_or_else(|| {
+        Error::Degenerate(
+            "no pixel of the photograph can be undistorted with this camera: check its size, focal length and distortion"
+                .to_owned(),
+        )
+    })
+}
+
+/// Pixels along the border, clockwise from the top left corner.
+fn border_pixels(size: [u32; 2]) -> Vec<Vector2<f64>> {
+    let [w, h] = size.map(|n| f64::from(n) - 1.0);
+    let [nx, ny] = size.map(|n| (n - 1).clamp(1, POINTS_PER_SIDE));
+    let along = |i: u32, n: u32, last: f64| last * f64::from(i) / f64::from(n);
+    let mut border = Vec::new();
+    border.extend((0..nx).map(|i| Vector2::new(along(i, nx, w), 0.0)));
+    border.extend((0..ny).map(|i| Vector2::new(w, along(i, ny, h))));
+    border.extend((0..nx).map(|i| Vector2::new(w - along(i, nx, w), h)));
+    border.extend((0..ny).map(|i| Vector2::new(0.0, h - along(i, ny, h))));
+    border
+}
