@@ -163,6 +163,9 @@ impl Model {
         Self::Kb4,
     ];
 
+    /// What is tried where no model is asked for, simplest first.
+    pub const USUAL: [Self; 2] = [Self::Pinhole, Self::Brown5];
+
     /// The model's table.
     pub const fn spec(self) -> &'static Spec {
         match self {

@@ -394,7 +394,11 @@ fn every_model_goes_through_every_format_or_the_loss_is_told() {
                     Err(e) => {
                         let e = e.to_string();
                         assert!(e.contains("has no model for this lens"), "{model} {}: {e}", f.name);
-                        assert!(["beyond 90°", "useless", "folds"].iter().any(|w| e.contains(w)), "{model} {}: {e}", f.name);
+                        assert!(
+                            ["beyond 90°", "useless", "folds"].iter().any(|w| e.contains(w)),
+                            "{model} {}: {e}",
+                            f.name
+                        );
                     }
                 }
             }
