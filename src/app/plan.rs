@@ -287,7 +287,7 @@ fn case(state: &State, ids: &[FrameId]) -> Case {
     let settings = Settings { square, unit, ..Settings::default() };
     Case {
         board: doc.board,
-        models: doc.model.map_or_else(|| Model::ALL.to_vec(), |m| vec![m]),
+        models: doc.model.map_or_else(|| Model::USUAL.to_vec(), |m| vec![m]),
         truth: truth.map(|t| Known { file: "scene".to_owned(), camera: t.camera.clone(), scene: Some(t) }),
         options: Options {
             fixed: doc.fixed.clone(),

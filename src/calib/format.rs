@@ -12,7 +12,6 @@ mod colmap;
 mod convert;
 mod destination;
 mod kalibr;
-mod kannala_brandt;
 mod lens;
 mod matlab;
 mod metashape;
@@ -21,16 +20,14 @@ mod nerfstudio;
 mod node;
 mod number;
 mod opencv;
-mod refit;
 mod ros;
 mod straightedge;
 
-use nalgebra::{DMatrix, Vector2};
+use nalgebra::DMatrix;
 
-use self::lens::Lens;
 use super::{
     Error, Result,
-    camera::Camera,
+    camera::{Camera, refit::grid},
     observation::Corner,
     pose::Pose,
     report::{FrameReport, Report},
@@ -204,18 +201,23 @@ impl Draft {
     const fn exact(text: String) -> Self {
         Self { text, notes: Vec::new(), exact: true }
     }
+
+    /// Exact unless there is a note of a refit.
+    fn noted(text: String, refit: Option<String>) -> Self {
+        Self { text, exact: refit.is_none(), notes: refit.into_iter().collect() }
+    }
 }
 
-/// What a reader found, before the lens becomes a [`Camera`].
+/// What a reader found.
 struct Content {
-    lens: Lens,
+    camera: Camera,
     evidence: Evidence,
     notes: Vec<String>,
 }
 
-impl From<Lens> for Content {
-    fn from(lens: Lens) -> Self {
-        Self { lens, evidence: Evidence::default(), notes: Vec::new() }
+impl From<Camera> for Content {
+    fn from(camera: Camera) -> Self {
+        Self { camera, evidence: Evidence::default(), notes: Vec::new() }
     }
 }
 
@@ -228,7 +230,7 @@ pub fn write(format: &Format, export: &Export<'_>) -> Result<Written> {
     export.camera.validate()?;
     let Draft { text, notes, exact } = (format.write)(export)?;
     let back = (format.read)(&text)?;
-    let self_check_px = difference_px(export.camera, &back.lens)?;
+    let self_check_px = difference_px(export.camera, &back.camera)?;
     if exact && self_check_px > EXACT_PX * scale_px(export.camera) {
         return Err(Error::Unsupported(format!(
             "the {} text does not give back the camera: {self_check_px:.3e} px off; choose another format",
@@ -241,8 +243,7 @@ pub fn write(format: &Format, export: &Export<'_>) -> Result<Written> {
 /// Reads a camera file of any format, recognised by its content. `file` is the name for messages.
 ///
 /// # Errors
-/// [`Error::Format`] with the file, the format and the field that is wrong, or the model or term that no camera model
-/// here can hold.
+/// [`Error::Format`] with the file, the format and the field that is wrong, or the model that is not known here.
 pub fn read(text: &str, file: &str) -> Result<CameraFile> {
     if text.len() > MAX_BYTES {
         return Err(Error::format(file, "larger than 512 MB: this is not a camera file"));
@@ -266,10 +267,8 @@ pub fn read(text: &str, file: &str) -> Result<CameraFile> {
         }
         other => other,
     };
-    let Content { lens, evidence, mut notes } = (format.read)(text).map_err(named)?;
-    let (camera, refit) = lens.into_camera().map_err(named)?;
+    let Content { camera, evidence, mut notes } = (format.read)(text).map_err(named)?;
     camera.validate().and_then(|()| plausible(&camera)).map_err(named)?;
-    notes.extend(refit.map(|note| format!("{file}: {note}")));
     if let Some(extension) = destination::extension(file)
         && !format.usual.contains(&extension.as_str())
     {
@@ -323,14 +322,14 @@ fn scale_px(camera: &Camera) -> f64 {
 }
 
 /// Largest distance between the projections of the rays of a grid over the picture, px.
-fn difference_px(camera: &Camera, other: &Lens) -> Result<f64> {
+fn difference_px(camera: &Camera, other: &Camera) -> Result<f64> {
     let mut worst = 0.0f64;
     let mut seen = 0;
     for px in grid(camera.size_px, CHECK_GRID) {
         let Some(ray) = camera.unproject(&px) else { continue };
         let Some(here) = (camera.spec().project_px)(&camera.params, &ray) else { continue };
         seen += 1;
-        worst = match other.project(&ray) {
+        worst = match (other.spec().project_px)(&other.params, &ray) {
             Some(there) => worst.max((there - here).norm()),
             None => f64::INFINITY,
         };
@@ -348,13 +347,6 @@ fn difference_px(camera: &Camera, other: &Lens) -> Result<f64> {
             "the written camera does not see the whole picture: choose another format".to_owned(),
         ))
     }
-}
-
-/// Pixels of a grid that covers the picture from border to border.
-fn grid(size_px: [u32; 2], [cols, rows]: [u32; 2]) -> impl Iterator<Item = Vector2<f64>> {
-    let [w, h] = size_px.map(f64::from);
-    let at = |extent: f64, i: u32, n: u32| extent * f64::from(i) / f64::from(n - 1) - 0.5;
-    (0..rows).flat_map(move |j| (0..cols).map(move |i| Vector2::new(at(w, i, cols), at(h, j, rows))))
 }
 
 #[cfg(test)]

@@ -86,7 +86,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let truth = args.truth.as_deref().map(inputs::truth).transpose()?;
     let start = args.start.as_deref().map(inputs::start).transpose()?;
-    let models = args.model.0.map_or_else(|| Model::ALL.to_vec(), |model| vec![model]);
+    let models = args.model.0.map_or_else(|| Model::USUAL.to_vec(), |model| vec![model]);
     check_fixes(&args.fix.0, &models, start.as_ref().map(|s| &s.1))?;
     let mut pool = frames::pool(args.detecting.threads);
     let mut settings = args.detecting.settings();

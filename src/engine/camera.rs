@@ -4,15 +4,26 @@
 //! its [`Spec`]: names and units of the parameters, projection with analytic Jacobians, examples. Tests, exports,
 //! tables and the solver loop over [`Model::ALL`]; to add a model is to write one file and one line here.
 
+mod at;
 pub mod brown;
+pub mod brown_fewer;
+pub mod double_sphere;
+pub mod eucm;
+pub mod kannala_brandt;
+mod opencv;
 pub mod pinhole;
+pub mod rational;
+pub mod refit;
 mod resize;
+pub mod thin_prism;
+pub mod tilted;
 
 use nalgebra::{Matrix2x3, Point3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
 use super::{Error, Result};
+pub use refit::FitError;
 
 /// Most parameters of a closed-form model.
 pub const MAX_PARAMS: usize = 18;
@@ -70,6 +81,12 @@ pub struct Spec {
     pub name: &'static str,
     /// Name for people.
     pub title: &'static str,
+    /// In one line, for which lenses.
+    pub explained: &'static str,
+    /// Whether it sees only what lies in front of the plane of the lens (Z > 0), as a picture without distortion does.
+    pub perspective: bool,
+    /// What follows `fx fy cx cy` where nothing is known of the lens yet.
+    pub neutral: &'static [f64],
     /// Names and units; the first four are `fx fy cx cy` in every model.
     pub params: &'static [Param],
     /// Projects a point of the camera frame with all derivatives; `None` where the model cannot see it.
@@ -102,19 +119,69 @@ impl Spec {
 pub enum Model {
     /// No distortion.
     Pinhole,
+    /// k1.
+    Radial1,
+    /// k1 k2.
+    Radial2,
+    /// k1 p1 p2.
+    Brown3,
+    /// k1 k2 k3.
+    Radial3,
+    /// k1 k2 p1 p2.
+    Brown4,
     /// Brown–Conrady with k1 k2 p1 p2 k3 (OpenCV's five).
     Brown5,
+    /// OpenCV's eight.
+    Rational,
+    /// OpenCV's twelve.
+    ThinPrism,
+    /// OpenCV's fourteen.
+    Tilted,
+    /// Enhanced unified camera model, alpha beta.
+    Eucm,
+    /// Double sphere, xi alpha.
+    Ds,
+    /// Kannala–Brandt, k1 k2 k3 k4.
+    Kb4,
 }
 
 impl Model {
     /// All models, simplest first.
-    pub const ALL: [Self; 2] = [Self::Pinhole, Self::Brown5];
+    pub const ALL: [Self; 13] = [
+        Self::Pinhole,
+        Self::Radial1,
+        Self::Radial2,
+        Self::Brown3,
+        Self::Radial3,
+        Self::Brown4,
+        Self::Brown5,
+        Self::Rational,
+        Self::ThinPrism,
+        Self::Tilted,
+        Self::Eucm,
+        Self::Ds,
+        Self::Kb4,
+    ];
+
+    /// What is tried where no model is asked for, simplest first.
+    pub const USUAL: [Self; 2] = [Self::Pinhole, Self::Brown5];
 
     /// The model's table.
     pub const fn spec(self) -> &'static Spec {
         match self {
             Self::Pinhole => &pinhole::SPEC,
+            Self::Radial1 => &brown_fewer::RADIAL1,
+            Self::Radial2 => &brown_fewer::RADIAL2,
+            Self::Brown3 => &brown_fewer::BROWN3,
+            Self::Radial3 => &brown_fewer::RADIAL3,
+            Self::Brown4 => &brown_fewer::BROWN4,
             Self::Brown5 => &brown::SPEC,
+            Self::Rational => &rational::SPEC,
+            Self::ThinPrism => &thin_prism::SPEC,
+            Self::Tilted => &tilted::SPEC,
+            Self::Eucm => &eucm::SPEC,
+            Self::Ds => &double_sphere::SPEC,
+            Self::Kb4 => &kannala_brandt::SPEC,
         }
     }
 }
@@ -395,7 +462,7 @@ mod tests {
                 assert!(Camera::new(model, [640, 480], p.to_vec()).is_err(), "{model} {p:?}");
             }
         }
-        assert!("brown4".parse::<Model>().is_err());
+        assert!("brown9".parse::<Model>().is_err());
     }
 
     #[test]

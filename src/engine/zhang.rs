@@ -6,7 +6,7 @@
 //!
 //! Z. Zhang, "A flexible new technique for camera calibration", PAMI 22(11), 2000, §3.1, App. B.
 
-use nalgebra::{Matrix3, Matrix5, Rotation3, SymmetricEigen, Vector3, Vector5};
+use nalgebra::{Matrix3, Matrix3x2, Matrix5, Rotation3, SMatrix, SymmetricEigen, Vector3, Vector5};
 
 use super::pose::Pose;
 
@@ -98,6 +98,52 @@ pub fn pose(h: &Matrix3<f64>, [fx, fy, cx, cy]: [f64; 4], middle: [f64; 2]) -> O
     (pose.matrix().iter().chain(&pose.translation).all(|x| x.is_finite())).then_some(pose)
 }
 
+/// `camera_from_board` from the rays (any length, any direction) under which points `[x, y]` of the board plane are seen; for
+/// lenses beyond 180° too, where there is no homography to a picture.
+///
+/// Linear in the matrix `[r1 r2 t]`, which takes each point onto its ray: `ray × [r1 r2 t] (x, y, 1) = 0`. `None` for fewer than
+/// four points, or where they do not determine it.
+pub fn pose_from_rays(plane: &[[f64; 2]], rays: &[Vector3<f64>]) -> Option<Pose> {
+    let n = plane.len().min(rays.len());
+    if n < 4 {
+        return None;
+    }
+    // The board is moved and scaled to about ±1, or the columns would differ by orders of magnitude.
+    let middle = [0, 1].map(|k| plane.iter().map(|p| p[k]).sum::<f64>() / n as f64);
+    let extent = plane.iter().map(|p| (p[0] - middle[0]).hypot(p[1] - middle[1])).fold(0.0, f64::max);
+    let mut system = SMatrix::<f64, 9, 9>::zeros();
+    for (p, ray) in plane.iter().zip(rays) {
+        let d = ray.try_normalize(0.0)?;
+        let q = [(p[0] - middle[0]) / extent, (p[1] - middle[1]) / extent, 1.0];
+        // The cross product as a matrix: two of its three rows are independent, all three weigh directions alike.
+        let cross = d.cross_matrix();
+        let a = SMatrix::<f64, 3, 9>::from_fn(|r, c| cross[(r, c % 3)] * q[c / 3]);
+        system += a.transpose() * a;
+    }
+    let eigen = SymmetricEigen::new(system);
+    let least = eigen.eigenvalues.imin();
+    let h = Matrix3::from_column_slice(eigen.eigenvectors.column(least).as_slice());
+    let ahead: f64 = plane
+        .iter()
+        .zip(rays)
+        .map(|(p, ray)| {
+            let q = Vector3::new((p[0] - middle[0]) / extent, (p[1] - middle[1]) / extent, 1.0);
+            ray.dot(&(h * q)).signum()
+        })
+        .sum();
+    let h = if ahead < 0.0 { -h } else { h };
+    let (a, b, t) = (h.column(0).into_owned(), h.column(1).into_owned(), h.column(2).into_owned());
+    let scale = 2.0 / (a.norm() + b.norm());
+    // The nearest two columns at right angles.
+    let svd = Matrix3x2::from_columns(&[a * scale, b * scale]).svd(true, true);
+    let r = svd.u? * svd.v_t?;
+    let (r1, r2) = (r.column(0).into_owned(), r.column(1).into_owned());
+    let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[r1, r2, r1.cross(&r2)]));
+    let translation = t * (scale * extent) - rotation * Vector3::new(middle[0], middle[1], 0.0);
+    let pose = Pose { rotation, translation };
+    (pose.matrix().iter().chain(&pose.translation).all(|x| x.is_finite())).then_some(pose)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -128,6 +174,23 @@ mod tests {
             assert!((got.matrix() - p.matrix()).norm() < 1e-12, "{got:?}");
             assert!((got.translation - p.translation).norm() < 1e-9);
         }
+    }
+
+    #[test]
+    fn rays_in_all_directions_give_the_pose() {
+        // A board that reaches from before the camera to behind it.
+        let truth = Pose::from_euler_deg([10.0, 80.0, 5.0], Vector3::new(300.0, -60.0, 250.0));
+        let plane: Vec<[f64; 2]> =
+            (0..54).map(|i| [f64::from(i % 9) * 60.0, f64::from(i / 9) * 60.0]).collect();
+        let rays: Vec<_> = plane
+            .iter()
+            .map(|p| truth.apply(&nalgebra::Point3::new(p[0], p[1], 0.0)).coords.normalize())
+            .collect();
+        assert!(rays.iter().any(|r| r.z < 0.0) && rays.iter().any(|r| r.z > 0.0));
+        let got = pose_from_rays(&plane, &rays).unwrap();
+        assert!((got.matrix() - truth.matrix()).norm() < 1e-9, "{got:?}");
+        assert!((got.translation - truth.translation).norm() < 1e-6, "{got:?}");
+        assert!(pose_from_rays(&plane[..3], &rays[..3]).is_none());
     }
 
     #[test]

@@ -1,45 +1,49 @@
 //! Basalt calibration JSON, first camera.
 //!
-//! Origin at the centre of the first pixel. Basalt has no Brown model: a camera with distortion is refitted to
-//! Kannala–Brandt (`kb4`), and back on reading. Basalt's reader needs all fields of its calibration, those of the inertial
+//! Origin at the centre of the first pixel. Basalt has no Brown model: such a camera is refitted to
+//! Kannala–Brandt (`kb4`). Basalt's reader needs all fields of its calibration, those of the inertial
 //! sensor too; they are written as zero and unity.
 
 use super::{
-    Content, Draft, Export, Format, kannala_brandt,
-    lens::Lens,
+    Content, Draft, Export, Format,
+    lens::{self, held},
     node::{Node, size_px},
     number::{array, number},
 };
-use crate::calib::{Error, Result, camera::Model};
+use crate::calib::{
+    Error, Result,
+    camera::{Camera, Model},
+};
 
 pub(super) const FORMAT: Format = Format {
     name: "basalt",
     title: "Basalt JSON",
     extensions: &[],
     usual: &["json"],
-    convention: "The centre of the first pixel is (0, 0). pinhole, or kb4 with k1 k2 k3 k4.",
+    convention: "The centre of the first pixel is (0, 0). pinhole, kb4 with k1 k2 k3 k4, ds with xi alpha, eucm with alpha beta.",
     lacks: "Brown's model (refitted to kb4), poses, sigmas",
     write,
     read,
     sniff: |t| t.trim_start().starts_with('{') && t.contains("\"value0\""),
 };
 
-const KB4: [&str; 8] = ["fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"];
+/// What Basalt has of ours.
+const HAS: &[Model] = &[Model::Pinhole, Model::Kb4, Model::Ds, Model::Eucm];
 
 fn write(export: &Export<'_>) -> Result<Draft> {
-    let camera = export.camera;
-    let k = camera.intrinsics();
-    let mut notes = vec!["the fields of the inertial sensor are placeholders (no bias, no noise)".to_owned()];
-    let (kind, names, values) = match camera.model {
-        Model::Pinhole => ("pinhole", &KB4[..4], k.to_vec()),
-        Model::Brown5 => {
-            let (fitted, error) = kannala_brandt::from_camera(camera)?;
-            notes.insert(0, format!("Basalt has no Brown model: kb4 was fitted over the picture, {error}"));
-            ("kb4", &KB4[..], fitted)
-        }
-    };
-    let intrinsics: Vec<String> =
-        names.iter().zip(&values).map(|(n, v)| format!("\"{n}\": {}", number(*v))).collect();
+    let (camera, refit) = held(export.camera, HAS, &[Model::Kb4], "Basalt")?;
+    let exact = refit.is_none();
+    let mut notes: Vec<String> = refit.into_iter().collect();
+    notes.push("the fields of the inertial sensor are placeholders (no bias, no noise)".to_owned());
+    // Its names are ours, of models and parameters.
+    let spec = camera.spec();
+    let kind = spec.name;
+    let intrinsics: Vec<String> = spec
+        .params
+        .iter()
+        .zip(&camera.params)
+        .map(|(p, v)| format!("\"{}\": {}", p.name, number(*v)))
+        .collect();
     let zeros = |n: usize| vec!["0.0"; n].join(", ");
     let [w, h] = camera.size_px;
     let fields = [
@@ -57,7 +61,7 @@ fn write(export: &Export<'_>) -> Result<Draft> {
         "\"vignette\": []".to_owned(),
     ];
     let text = format!("{{\n  \"value0\": {{\n    {}\n  }}\n}}\n", fields.join(",\n    "));
-    Ok(Draft { text, notes, exact: kind == "pinhole" })
+    Ok(Draft { text, notes, exact })
 }
 
 fn read(text: &str) -> Result<Content> {
@@ -80,15 +84,15 @@ fn read(text: &str) -> Result<Content> {
     let p = camera.get("intrinsics")?;
     let named = |names: &[&str]| names.iter().map(|n| p.number_at(n)).collect::<Result<Vec<f64>>>();
     let k = [p.number_at("fx")?, p.number_at("fy")?, p.number_at("cx")?, p.number_at("cy")?];
-    let lens = match kind {
-        "pinhole" => Lens::brown(size, k, &[])?,
-        "pinhole-radtan8" => {
-            Lens::brown(size, k, &named(&["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"])?)?
+    let camera = match HAS.iter().find(|m| m.spec().name == kind) {
+        Some(model) => {
+            let names: Vec<&str> = model.spec().params.iter().map(|p| p.name).collect();
+            Camera::new(*model, size, named(&names)?)?
         }
-        "kb4" => Lens::kannala_brandt(size, k, &named(&KB4[4..])?)?,
-        other => {
-            return Err(Error::Unsupported(format!("camera_type {other} is not supported yet")));
+        None if kind == "pinhole-radtan8" => {
+            lens::opencv(size, k, &named(&["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"])?)?
         }
+        None => return Err(Error::Unsupported(format!("camera_type {kind} is not supported"))),
     };
-    Ok(Content { notes, ..lens.into() })
+    Ok(Content { notes, ..camera.into() })
 }

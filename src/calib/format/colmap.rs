@@ -5,7 +5,7 @@
 
 use super::{
     Content, Draft, Export, Format,
-    lens::{Lens, five, moved},
+    lens::{self, held, moved, opencv_terms},
     node::{Node, size_px},
     number::joined,
 };
@@ -16,8 +16,8 @@ pub(super) const FORMAT: Format = Format {
     title: "COLMAP cameras.txt",
     extensions: &["txt"],
     usual: &["txt"],
-    convention: "The corner of the first pixel is (0, 0): cx and cy are half a pixel larger than OpenCV's. k1 k2 p1 p2, then k3.",
-    lacks: "poses (they are in images.txt), sigmas",
+    convention: "The corner of the first pixel is (0, 0): cx and cy are half a pixel larger than OpenCV's. OPENCV k1 k2 p1 p2, FULL_OPENCV k3 k4 k5 k6 more, OPENCV_FISHEYE k1 k2 k3 k4.",
+    lacks: "thin prism, tilt, double sphere and EUCM (refitted), poses (they are in images.txt), sigmas",
     write,
     read,
     sniff: |t| camera_lines(t).next().is_some(),
@@ -25,6 +25,10 @@ pub(super) const FORMAT: Format = Format {
 
 /// Offset of COLMAP's principal point from ours, px.
 const ORIGIN: f64 = 0.5;
+
+/// What COLMAP has, and what stands for the rest.
+const HAS: &[Model] = &[Model::Pinhole, Model::Rational, Model::Kb4];
+const OTHERWISE: &[Model] = &[Model::Rational, Model::Kb4];
 
 /// Lines `ID MODEL W H PARAMS…`, split.
 fn camera_lines(text: &str) -> impl Iterator<Item = Vec<&str>> {
@@ -39,20 +43,23 @@ fn camera_lines(text: &str) -> impl Iterator<Item = Vec<&str>> {
 }
 
 fn write(export: &Export<'_>) -> Result<Draft> {
-    let camera = export.camera;
-    let [k1, k2, p1, p2, k3] = five(camera)?;
+    let (camera, note) = held(export.camera, HAS, OTHERWISE, "COLMAP")?;
     let k = moved(camera.intrinsics(), ORIGIN);
-    let (name, rest) = match camera.model {
-        Model::Pinhole => ("PINHOLE", vec![]),
-        Model::Brown5 if k3 == 0.0 => ("OPENCV", vec![k1, k2, p1, p2]),
-        Model::Brown5 => ("FULL_OPENCV", vec![k1, k2, p1, p2, k3, 0.0, 0.0, 0.0]),
+    let (name, rest) = match opencv_terms(&camera) {
+        None => ("OPENCV_FISHEYE", camera.params[4..].to_vec()),
+        Some(_) if camera.model == Model::Pinhole => ("PINHOLE", vec![]),
+        Some(terms) if terms.len() == 5 && terms[4] == 0.0 => ("OPENCV", terms[..4].to_vec()),
+        Some(mut terms) => {
+            terms.resize(8, 0.0);
+            ("FULL_OPENCV", terms)
+        }
     };
     let [w, h] = camera.size_px;
     let text = format!(
         "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n# Number of cameras: 1\n1 {name} {w} {h} {}\n",
         joined(k.iter().chain(&rest), " ")
     );
-    Ok(Draft::exact(text))
+    Ok(Draft::noted(text, note))
 }
 
 fn read(text: &str) -> Result<Content> {
@@ -94,7 +101,7 @@ fn read(text: &str) -> Result<Content> {
         "SIMPLE_PINHOLE" | "SIMPLE_RADIAL" | "RADIAL" => ([p[0], p[0], p[1], p[2]], &p[3..]),
         _ => ([p[0], p[1], p[2], p[3]], &p[4..]),
     };
-    let read = if model == "OPENCV_FISHEYE" { Lens::kannala_brandt } else { Lens::brown };
-    let lens = read(size, moved(k, -ORIGIN), d)?;
-    Ok(Content { notes, ..lens.into() })
+    let read = if model == "OPENCV_FISHEYE" { lens::fisheye } else { lens::opencv };
+    let camera = read(size, moved(k, -ORIGIN), d)?;
+    Ok(Content { notes, ..camera.into() })
 }

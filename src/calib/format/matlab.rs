@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 
 use super::{
     Content, Draft, Export, Format,
-    lens::{Lens, five, moved},
+    lens::{self, held, moved},
     node::{Node, size_px},
     number::{array, joined},
     opencv::camera_matrix,
 };
-use crate::calib::{Error, Result};
+use crate::calib::{Error, Result, camera::Model};
 
 pub(super) const FORMAT: Format = Format {
     name: "matlab",
@@ -20,7 +20,7 @@ pub(super) const FORMAT: Format = Format {
     extensions: &["m"],
     usual: &["m"],
     convention: "The first pixel is (1, 1): cx and cy are one pixel larger than OpenCV's. Radial k1 k2 k3, tangential p1 p2.",
-    lacks: "poses, sigmas",
+    lacks: "rational and further terms (refitted), fisheye lenses beyond 90°, poses, sigmas",
     write,
     read,
     sniff: |t| t.contains("cameraIntrinsics") || t.contains("cameraParameters"),
@@ -30,18 +30,20 @@ pub(super) const FORMAT: Format = Format {
 const ORIGIN: f64 = 1.0;
 
 fn write(export: &Export<'_>) -> Result<Draft> {
-    let camera = export.camera;
+    let (camera, note) =
+        held(export.camera, &[Model::Brown5], &[Model::Brown5], "MATLAB's cameraIntrinsics")?;
     let [fx, fy, cx, cy] = moved(camera.intrinsics(), ORIGIN);
-    let [k1, k2, p1, p2, k3] = five(camera)?;
+    let [k1, k2, p1, p2, k3] = ["k1", "k2", "p1", "p2", "k3"].map(|name| camera.get(name).unwrap_or(0.0));
     let [w, h] = camera.size_px;
     let list = |values: &[f64]| joined(values, " ");
-    Ok(Draft::exact(format!(
+    let text = format!(
         "% MATLAB counts pixels from 1: the principal point is one larger than in OpenCV.\nintrinsics = cameraIntrinsics([{}], [{}], [{h} {w}], ...\n    'RadialDistortion', [{}], 'TangentialDistortion', [{}]);\n",
         list(&[fx, fy]),
         list(&[cx, cy]),
         list(&[k1, k2, k3]),
         list(&[p1, p2]),
-    )))
+    );
+    Ok(Draft::noted(text, note))
 }
 
 fn wrong(message: impl Into<String>) -> Error {
@@ -107,7 +109,7 @@ fn read(text: &str) -> Result<Content> {
         }
     };
     let [rows, columns] = image_size;
-    Ok(Lens::brown(size_px(columns, rows)?, moved(k, -ORIGIN), &[k1, k2, p1, p2, k3])?.into())
+    Ok(lens::opencv(size_px(columns, rows)?, moved(k, -ORIGIN), &[k1, k2, p1, p2, k3])?.into())
 }
 
 /// Without comments and line continuations.

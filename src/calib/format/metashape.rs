@@ -10,19 +10,22 @@ use roxmltree::{Document, Node as Xml};
 
 use super::{
     Content, Draft, Evidence, Export, Format,
-    lens::{Lens, five},
+    lens::{self, held},
     node::{Node, size_px},
     number::number,
 };
-use crate::calib::{Error, Result};
+use crate::calib::{
+    Error, Result,
+    camera::{Camera, Model},
+};
 
 pub(super) const FORMAT: Format = Format {
     name: "metashape",
     title: "Agisoft Metashape XML",
     extensions: &["xml"],
     usual: &["xml"],
-    convention: "The principal point counts from the middle of the picture. k1 k2 k3; P1 is OpenCV's p2 and P2 is p1; f is fy, b1 is fx − fy.",
-    lacks: "poses, sigmas",
+    convention: "The principal point counts from the middle of the picture. k1 k2 k3; P1 is OpenCV's p2 and P2 is p1; f is fy, b1 is fx − fy. A fisheye is equidistant with k1 k2 k3 k4.",
+    lacks: "rational and further terms, double sphere and EUCM (refitted), poses, sigmas",
     write,
     read,
     sniff: |t| {
@@ -31,13 +34,15 @@ pub(super) const FORMAT: Format = Format {
 };
 
 fn write(export: &Export<'_>) -> Result<Draft> {
-    let camera = export.camera;
+    let models = &[Model::Brown5, Model::Kb4];
+    let (camera, note) = held(export.camera, models, models, "Metashape")?;
+    let projection = if camera.model == Model::Kb4 { "fisheye" } else { "frame" };
     let [fx, fy, cx, cy] = camera.intrinsics();
-    let [k1, k2, p1, p2, k3] = five(camera)?;
+    let term = |name: &str| camera.get(name).unwrap_or(0.0);
     let [w, h] = camera.size_px;
     let center = |c: f64, extent: u32| (c - f64::from(extent) / 2.0) + 0.5;
     let mut text = format!(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<calibration>\n  <projection>frame</projection>\n  <width>{w}</width>\n  <height>{h}</height>\n"
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<calibration>\n  <projection>{projection}</projection>\n  <width>{w}</width>\n  <height>{h}</height>\n"
     );
     for (name, value) in [
         ("f", fy),
@@ -45,16 +50,20 @@ fn write(export: &Export<'_>) -> Result<Draft> {
         ("cy", center(cy, h)),
         ("b1", fx - fy),
         ("b2", 0.0),
-        ("k1", k1),
-        ("k2", k2),
-        ("k3", k3),
-        ("p1", p2),
-        ("p2", p1),
+        ("k1", term("k1")),
+        ("k2", term("k2")),
+        ("k3", term("k3")),
+        ("k4", term("k4")),
+        ("p1", term("p2")),
+        ("p2", term("p1")),
     ] {
+        if name == "k4" && value == 0.0 {
+            continue;
+        }
         let _ = writeln!(text, "  <{name}>{}</{name}>", number(value));
     }
     text += "</calibration>\n";
-    Ok(Draft::exact(text))
+    Ok(Draft::noted(text, note))
 }
 
 fn read(text: &str) -> Result<Content> {
@@ -71,30 +80,32 @@ fn read(text: &str) -> Result<Content> {
     if candidates.len() > 1 {
         notes.push(format!("the file holds {} calibrations: the first one is used", candidates.len()));
     }
-    let lens = read_calibration(*calibration)?;
+    let camera = read_calibration(*calibration)?;
     let sensor = calibration.parent().filter(|p| p.has_tag_name("sensor"));
     let evidence = Evidence {
         name: sensor.and_then(|s| s.attribute("label")).map(str::to_owned),
         ..Evidence::default()
     };
-    Ok(Content { lens, evidence, notes })
+    Ok(Content { camera, evidence, notes })
 }
 
-fn read_calibration(calibration: Xml<'_, '_>) -> Result<Lens> {
+fn read_calibration(calibration: Xml<'_, '_>) -> Result<Camera> {
     let child = |name: &str| calibration.children().find(|n| n.has_tag_name(name));
     let value = |name: &str| match child(name) {
         Some(n) => Node::Text(n.text().unwrap_or("").trim().to_owned()).number(name),
         None => Ok(0.0),
     };
-    match calibration.attribute("type").or_else(|| child("projection").and_then(|n| n.text())).map(str::trim)
-    {
-        None | Some("frame") => {}
+    let projection =
+        calibration.attribute("type").or_else(|| child("projection").and_then(|n| n.text())).map(str::trim);
+    let fisheye = match projection {
+        None | Some("frame") => false,
+        Some("fisheye") => true,
         Some(other) => {
             return Err(Error::Unsupported(format!(
-                "projection {other} is not supported yet: only frame is"
+                "projection {other} is not supported: only frame and fisheye are"
             )));
         }
-    }
+    };
     if child("f").is_none() {
         let text = if child("fx").is_some() {
             "<fx>, <fy>: a lens file of PhotoScan before 1.2; load it in Metashape and save it again"
@@ -127,16 +138,20 @@ fn read_calibration(calibration: Xml<'_, '_>) -> Result<Lens> {
             )));
         }
     }
-    for name in ["b2", "k4", "p3", "p4"] {
+    let beyond: &[&str] = if fisheye { &["b2", "p1", "p2", "p3", "p4"] } else { &["b2", "k4", "p3", "p4"] };
+    for name in beyond.iter().copied() {
         let v = value(name)?;
         if v != 0.0 {
             return Err(Error::Unsupported(format!(
-                "{name} = {v}: only f cx cy b1 k1 k2 k3 p1 p2 are supported"
+                "{name} = {v}: only f cx cy b1 k1 k2 k3 with p1 p2 (frame) or k4 (fisheye) are supported"
             )));
         }
     }
     let [w, h] = size.map(f64::from);
     let (f, b1) = (value("f")?, value("b1")?);
     let intrinsics = [f + b1, f, (value("cx")? - 0.5) + w / 2.0, (value("cy")? - 0.5) + h / 2.0];
-    Lens::brown(size, intrinsics, &[value("k1")?, value("k2")?, value("p2")?, value("p1")?, value("k3")?])
+    if fisheye {
+        return lens::fisheye(size, intrinsics, &[value("k1")?, value("k2")?, value("k3")?, value("k4")?]);
+    }
+    lens::opencv(size, intrinsics, &[value("k1")?, value("k2")?, value("p2")?, value("p1")?, value("k3")?])
 }

@@ -7,7 +7,7 @@ use std::{iter::Peekable, str::Chars};
 
 use super::{
     Content, Draft, Export, Format,
-    lens::{Lens, five},
+    lens::{self, held, opencv_terms},
     node::{Node, size_px},
     number::joined,
 };
@@ -18,8 +18,8 @@ pub(super) const FORMAT: Format = Format {
     title: "mrcal cameramodel",
     extensions: &["cameramodel"],
     usual: &["cameramodel"],
-    convention: "The centre of the first pixel is (0, 0). LENSMODEL_OPENCV5, k1 k2 p1 p2 k3.",
-    lacks: "poses of the board, sigmas",
+    convention: "The centre of the first pixel is (0, 0). LENSMODEL_OPENCV5, 8 or 12: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4.",
+    lacks: "fisheye lenses beyond 90°, poses of the board, sigmas",
     write,
     read,
     sniff: |t| {
@@ -28,18 +28,20 @@ pub(super) const FORMAT: Format = Format {
     },
 };
 
+/// What mrcal has of ours.
+const HAS: &[Model] = &[Model::Pinhole, Model::Brown5, Model::Rational, Model::ThinPrism];
+
 fn write(export: &Export<'_>) -> Result<Draft> {
-    let camera = export.camera;
-    let (model, terms) = match camera.model {
-        Model::Pinhole => ("PINHOLE", vec![]),
-        Model::Brown5 => ("OPENCV5", five(camera)?.to_vec()),
-    };
+    let (camera, note) = held(export.camera, HAS, &[Model::ThinPrism], "mrcal")?;
+    let terms = opencv_terms(&camera).filter(|_| camera.model != Model::Pinhole).unwrap_or_default();
+    let model = if terms.is_empty() { "PINHOLE".to_owned() } else { format!("OPENCV{}", terms.len()) };
     let [w, h] = camera.size_px;
     let k = camera.intrinsics();
-    Ok(Draft::exact(format!(
+    let text = format!(
         "{{\n    'lensmodel':  'LENSMODEL_{model}',\n\n    # intrinsics are fx,fy,cx,cy,distortion0,distortion1,....\n    'intrinsics': [ {},],\n\n    'rt_cam_ref': [ 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,],\n    'extrinsics': [ 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,],\n\n    'imagersize': [ {w}, {h},],\n}}\n",
         joined(k.iter().chain(&terms), ", ")
-    )))
+    );
+    Ok(Draft::noted(text, note))
 }
 
 fn read(text: &str) -> Result<Content> {
@@ -71,7 +73,7 @@ fn read(text: &str) -> Result<Content> {
     }
     let [w, h] = root.array_at("imagersize")?;
     let k = [values[0], values[1], values[2], values[3]];
-    Ok(Lens::brown(size_px(w, h)?, k, &values[4..])?.into())
+    Ok(lens::opencv(size_px(w, h)?, k, &values[4..])?.into())
 }
 
 /// Reads one Python literal: dictionaries, lists, tuples, strings, numbers.

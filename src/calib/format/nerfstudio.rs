@@ -9,20 +9,19 @@ use serde::Serialize;
 
 use super::{
     Content, Draft, Evidence, Export, Format, Frame,
-    lens::{Lens, moved},
+    lens::{self, held, moved},
     node::{Node, size_px},
     number::{joined, number},
-    refit,
 };
-use crate::calib::{Error, Result, pose::Pose};
+use crate::calib::{Error, Result, camera::Model, pose::Pose};
 
 pub(super) const FORMAT: Format = Format {
     name: "nerfstudio",
     title: "nerfstudio transforms.json",
     extensions: &[],
     usual: &["json"],
-    convention: "The corner of the first pixel is (0, 0): cx and cy are half a pixel larger than OpenCV's. k1 k2 p1 p2 by name.",
-    lacks: "k3 (refitted), sigmas",
+    convention: "The corner of the first pixel is (0, 0): cx and cy are half a pixel larger than OpenCV's. OPENCV with k1 k2 p1 p2, OPENCV_FISHEYE with k1 k2 k3 k4, by name.",
+    lacks: "k3 and what follows it (refitted), sigmas",
     write,
     read,
     sniff: |t| {
@@ -36,23 +35,27 @@ const ORIGIN: f64 = 0.5;
 const ANGLE_TOLERANCE: f64 = 0.01;
 
 fn write(export: &Export<'_>) -> Result<Draft> {
-    let camera = export.camera;
-    let (p, note) = refit::without_k3(camera, "nerfstudio's OPENCV model")?;
+    let models = &[Model::Brown4, Model::Kb4];
+    let (camera, note) = held(export.camera, models, models, "nerfstudio")?;
+    let p = &camera.params;
+    let (model, names) = match camera.model {
+        Model::Kb4 => ("OPENCV_FISHEYE", ["k1", "k2", "k3", "k4"]),
+        _ => ("OPENCV", ["k1", "k2", "p1", "p2"]),
+    };
     let [fx, fy, cx, cy] = moved([p[0], p[1], p[2], p[3]], ORIGIN);
     let [w, h] = camera.size_px;
     let fields = [("fl_x", fx), ("fl_y", fy), ("cx", cx), ("cy", cy)]
         .map(|(n, v)| format!("  \"{n}\": {},\n", number(v)))
         .concat();
-    let terms =
-        ["k1", "k2", "p1", "p2"].iter().zip(&p[4..]).map(|(n, v)| format!("  \"{n}\": {},\n", number(*v)));
+    let terms = names.iter().zip(&p[4..]).map(|(n, v)| format!("  \"{n}\": {},\n", number(*v)));
     let frames: Vec<String> = export.evidence.frames.iter().filter_map(frame).collect();
     let frames =
         if frames.is_empty() { "[]".to_owned() } else { format!("[\n    {}\n  ]", frames.join(",\n    ")) };
     let text = format!(
-        "{{\n  \"camera_model\": \"OPENCV\",\n{fields}  \"w\": {w},\n  \"h\": {h},\n{}  \"frames\": {frames}\n}}\n",
+        "{{\n  \"camera_model\": \"{model}\",\n{fields}  \"w\": {w},\n  \"h\": {h},\n{}  \"frames\": {frames}\n}}\n",
         terms.collect::<String>()
     );
-    Ok(Draft { text, exact: note.is_none(), notes: note.into_iter().collect() })
+    Ok(Draft::noted(text, note))
 }
 
 /// A picture with its pose; `None` where the pose is unknown.
@@ -76,7 +79,7 @@ fn read(text: &str) -> Result<Content> {
     let frames = root.find("frames").map_or(&[][..], Node::items);
     let mut notes = Vec::new();
     let has_focal = |n: &Node| n.find("fl_x").is_some() || n.find("camera_angle_x").is_some();
-    let camera = if has_focal(&root) {
+    let fields = if has_focal(&root) {
         &root
     } else {
         let first = frames
@@ -88,7 +91,7 @@ fn read(text: &str) -> Result<Content> {
         }
         first
     };
-    let fisheye = match root.text_at("camera_model").or_else(|| camera.text_at("camera_model")) {
+    let fisheye = match root.text_at("camera_model").or_else(|| fields.text_at("camera_model")) {
         None | Some("OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE" | "RADIAL" | "SIMPLE_RADIAL" | "FULL_OPENCV") => {
             false
         }
@@ -99,7 +102,7 @@ fn read(text: &str) -> Result<Content> {
             )));
         }
     };
-    let field = |name: &str| camera.find(name).or_else(|| root.find(name));
+    let field = |name: &str| fields.find(name).or_else(|| root.find(name));
     let required = |name: &str| {
         field(name).ok_or_else(|| Error::Invalid(format!("the field {name} is missing")))?.number(name)
     };
@@ -123,16 +126,21 @@ fn read(text: &str) -> Result<Content> {
     let fy = focal("fl_y", "camera_angle_y", h)?.unwrap_or(fx);
     let or = |name: &str, default: f64| field(name).map_or(Ok(default), |v| v.number(name));
     let k = moved([fx, fy, or("cx", w / 2.0)?, or("cy", h / 2.0)?], -ORIGIN);
-    // nerfstudio's k4 is a fourth power of r² in the numerator, not OpenCV's k4; both are out of reach.
+    // nerfstudio's k4 is a fourth power of r² in the numerator, not OpenCV's k4.
     let d = [or("k1", 0.0)?, or("k2", 0.0)?, or("p1", 0.0)?, or("p2", 0.0)?, or("k3", 0.0)?, or("k4", 0.0)?];
-    let lens = if fisheye {
-        Lens::kannala_brandt(size, k, &[d[0], d[1], d[4], d[5]])?
+    let camera = if fisheye {
+        lens::fisheye(size, k, &[d[0], d[1], d[4], d[5]])?
+    } else if d[5] == 0.0 {
+        lens::opencv(size, k, &d[..5])?
     } else {
-        Lens::brown(size, k, &d)?
+        return Err(Error::Unsupported(format!(
+            "k4 = {}: a fourth radial term of this kind has no camera model here",
+            d[5]
+        )));
     };
     let evidence =
         Evidence { frames: frames.iter().map(read_frame).collect::<Result<_>>()?, ..Evidence::default() };
-    Ok(Content { lens, evidence, notes })
+    Ok(Content { camera, evidence, notes })
 }
 
 fn read_frame(node: &Node) -> Result<Frame> {

@@ -10,12 +10,13 @@ use roxmltree::{Document, Node as Xml};
 
 use super::{
     Content, Draft, Evidence, Export, Format, Frame,
-    lens::{Lens, five},
+    lens::{self, held, opencv_terms},
     node::{Node, size_px},
     number::{array, joined, number},
 };
 use crate::calib::{
     Error, Result,
+    camera::Model,
     observation::Corner,
     pose::Pose,
     target::{BoardSize, Unit},
@@ -26,8 +27,8 @@ pub(super) const FORMAT: Format = Format {
     title: "OpenCV YAML",
     extensions: &["yaml", "yml"],
     usual: &["yaml", "yml", "xml", "json"],
-    convention: "Pixels as OpenCV counts them: the centre of the first is (0, 0). Terms in the order k1 k2 p1 p2 k3.",
-    lacks: "nothing that this program has",
+    convention: "Pixels as OpenCV counts them: the centre of the first is (0, 0). Terms in the order k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 τx τy; those of a fisheye are k1 k2 k3 k4.",
+    lacks: "double sphere and EUCM (refitted)",
     write,
     read,
     sniff: |t| {
@@ -36,6 +37,10 @@ pub(super) const FORMAT: Format = Format {
             || ["cameraMatrix:", "Camera_Matrix:"].iter().any(|k| t.contains(k))
     },
 };
+
+/// What OpenCV has, and what stands for the rest.
+const HAS: &[Model] = &[Model::Brown5, Model::Rational, Model::ThinPrism, Model::Tilted, Model::Kb4];
+const OTHERWISE: &[Model] = &[Model::Rational, Model::Kb4];
 
 fn matrix(out: &mut String, name: &str, rows: usize, cols: usize, kind: &str, data: &[f64]) {
     let _ = write!(
@@ -52,7 +57,10 @@ pub(super) fn quoted(text: &str) -> String {
 }
 
 fn write(export: &Export<'_>) -> Result<Draft> {
-    let (camera, evidence) = (export.camera, export.evidence);
+    let evidence = export.evidence;
+    let (camera, note) = held(export.camera, HAS, OTHERWISE, "OpenCV")?;
+    // Kannala–Brandt, by the name that its samples give it.
+    let is_fisheye = camera.model == Model::Kb4;
     let [fx, fy, cx, cy] = camera.intrinsics();
     let [w, h] = camera.size_px;
     let views: Vec<&Frame> = evidence.frames.iter().filter(|f| f.camera_from_board.is_some()).collect();
@@ -71,13 +79,17 @@ fn write(export: &Export<'_>) -> Result<Draft> {
         let _ = writeln!(out, "square_size: {}", number(square));
     }
     out += "flags: 0\n";
+    if is_fisheye {
+        out += "fisheye_model: 1\n";
+    }
     matrix(&mut out, "camera_matrix", 3, 3, "d", &[fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]);
-    matrix(&mut out, "distortion_coefficients", 5, 1, "d", &five(camera)?);
+    let terms = opencv_terms(&camera).unwrap_or_else(|| camera.params[4..].to_vec());
+    matrix(&mut out, "distortion_coefficients", terms.len(), 1, "d", &terms);
     if let Some(rms) = evidence.rms_px {
         let _ = writeln!(out, "avg_reprojection_error: {}", number(rms));
     }
     write_views(&mut out, evidence, &views);
-    Ok(Draft::exact(out))
+    Ok(Draft::noted(out, note))
 }
 
 fn write_views(out: &mut String, evidence: &Evidence, views: &[&Frame]) {
@@ -133,9 +145,9 @@ fn read(text: &str) -> Result<Content> {
         None => return Err(Error::Invalid("the field distortion_coefficients is missing".to_owned())),
     };
     let size = picture_size(&root)?;
-    let read = if fisheye { Lens::kannala_brandt } else { Lens::brown };
-    let lens = read(size, intrinsics, &coefficients)?;
-    Ok(Content { evidence: evidence(&root)?, ..lens.into() })
+    let read = if fisheye { lens::fisheye } else { lens::opencv };
+    let camera = read(size, intrinsics, &coefficients)?;
+    Ok(Content { evidence: evidence(&root)?, ..camera.into() })
 }
 
 /// `fx fy cx cy` of a row-major 3 × 3 matrix.

@@ -6,24 +6,28 @@ use std::fmt::Write as _;
 
 use super::{
     Content, Draft, Evidence, Export, Format,
-    lens::{Lens, five},
+    lens::{self, held, opencv_terms},
     node::{Node, size_px},
     number::joined,
     opencv::{camera_matrix, quoted},
 };
-use crate::calib::{Error, Result};
+use crate::calib::{Error, Result, camera::Model};
 
 pub(super) const FORMAT: Format = Format {
     name: "ros",
     title: "ROS camera_info YAML",
     extensions: &[],
     usual: &["yaml", "yml", "ini", "txt"],
-    convention: "camera_info of image_pipeline: the centre of the first pixel is (0, 0). plumb_bob, k1 k2 p1 p2 k3.",
-    lacks: "poses, sigmas",
+    convention: "camera_info of image_pipeline: the centre of the first pixel is (0, 0). plumb_bob with k1 k2 p1 p2 k3, rational_polynomial with k4 k5 k6 more, equidistant with k1 k2 k3 k4.",
+    lacks: "thin prism, tilt, double sphere and EUCM (refitted), poses, sigmas",
     write,
     read,
     sniff: |t| !t.trim_start().starts_with(['{', '<']) && (t.contains("camera_matrix:") || is_ini(t)),
 };
+
+/// What ROS has, and what stands for the rest.
+const HAS: &[Model] = &[Model::Brown5, Model::Rational, Model::Kb4];
+const OTHERWISE: &[Model] = &[Model::Rational, Model::Kb4];
 
 fn is_ini(text: &str) -> bool {
     text.lines().any(|l| l.trim() == "[image]") && text.contains("camera matrix")
@@ -41,7 +45,14 @@ fn name(text: &str) -> String {
 }
 
 fn write(export: &Export<'_>) -> Result<Draft> {
-    let camera = export.camera;
+    let (camera, note) = held(export.camera, HAS, OTHERWISE, "ROS")?;
+    let terms = opencv_terms(&camera);
+    let model = match terms.as_deref() {
+        None => "equidistant",
+        Some([_, _, _, _, _]) => "plumb_bob",
+        Some(_) => "rational_polynomial",
+    };
+    let terms = terms.unwrap_or_else(|| camera.params[4..].to_vec());
     let [fx, fy, cx, cy] = camera.intrinsics();
     let [w, h] = camera.size_px;
     let mut out = format!(
@@ -52,12 +63,11 @@ fn write(export: &Export<'_>) -> Result<Draft> {
         let _ = write!(out, "{name}:\n  rows: {rows}\n  cols: {cols}\n  data: [{}]\n", joined(data, ", "));
     };
     matrix("camera_matrix", 3, 3, &[fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]);
-    matrix("distortion_coefficients", 1, 5, &five(camera)?);
+    matrix("distortion_coefficients", 1, terms.len(), &terms);
     matrix("rectification_matrix", 3, 3, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
     matrix("projection_matrix", 3, 4, &[fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]);
-    let out =
-        out.replacen("distortion_coefficients:", "distortion_model: plumb_bob\ndistortion_coefficients:", 1);
-    Ok(Draft::exact(out))
+    let named = format!("distortion_model: {model}\ndistortion_coefficients:");
+    Ok(Draft::noted(out.replacen("distortion_coefficients:", &named, 1), note))
 }
 
 fn read(text: &str) -> Result<Content> {
@@ -91,10 +101,10 @@ fn read(text: &str) -> Result<Content> {
         Some(_) => data("distortion_coefficients")?,
         None => return Err(Error::Invalid("the field distortion_coefficients is missing".to_owned())),
     };
-    let read = if fisheye { Lens::kannala_brandt } else { Lens::brown };
-    let lens = read(size, intrinsics, &coefficients)?;
+    let read = if fisheye { lens::fisheye } else { lens::opencv };
+    let camera = read(size, intrinsics, &coefficients)?;
     let evidence = Evidence { name: root.text_at("camera_name").map(str::to_owned), ..Evidence::default() };
-    Ok(Content { evidence, ..lens.into() })
+    Ok(Content { evidence, ..camera.into() })
 }
 
 /// `[image]` with width and height, then `[name]` with matrices below their titles.
@@ -123,10 +133,10 @@ fn read_ini(text: &str) -> Result<Content> {
     };
     let size = size_px(one("width")?, one("height")?)?;
     let intrinsics = camera_matrix("camera matrix", &below("camera matrix")?)?;
-    let lens = Lens::brown(size, intrinsics, &below("distortion")?)?;
+    let camera = lens::opencv(size, intrinsics, &below("distortion")?)?;
     let section = |l: &&str| {
         l.strip_prefix('[').and_then(|l| l.strip_suffix(']')).filter(|n| *n != "image").map(str::to_owned)
     };
     let evidence = Evidence { name: lines.iter().find_map(section), ..Evidence::default() };
-    Ok(Content { evidence, ..lens.into() })
+    Ok(Content { evidence, ..camera.into() })
 }

@@ -8,7 +8,6 @@ use nalgebra::{DMatrix, Vector2, Vector3};
 
 use super::{
     Content, Draft, Evidence, Export, Format, Frame,
-    lens::Lens,
     node::{Node, size_px},
     number::{joined, number},
 };
@@ -172,7 +171,7 @@ fn read(text: &str) -> Result<Content> {
     if let Some(covariance) = root.find("covariance") {
         read_covariance(covariance, params.len(), &mut evidence)?;
     }
-    Ok(Content { lens: Lens::Camera(lens), evidence, notes })
+    Ok(Content { camera: lens, evidence, notes })
 }
 
 /// Fields of a camera; `calibrate --json` has them at the top and once more in `cameras`.

@@ -266,7 +266,7 @@ impl Constraints {
                             ))
                         })?,
                         (None, 2 | 3) => (f64::from(size_px[i - 2]) - 1.0) / 2.0,
-                        (None, _) => 0.0,
+                        (None, _) => spec.neutral.get(i - 4).copied().unwrap_or(0.0),
                     };
                     held.push((i, value));
                 }

@@ -6,7 +6,6 @@ use std::ops::ControlFlow;
 use crate::{
     Error, Result,
     camera::Camera,
-    homography,
     observation::Corner,
     pose::Pose,
     refine::{self, Free, Limits, State, block::Block},
@@ -16,7 +15,7 @@ use crate::{
 
 /// `camera_from_board` of one picture with the camera held, and the residuals (observed − projected, px) of its corners.
 ///
-/// Starts from the homography of the undistorted corners. A plane seen from afar fits nearly as well when its normal is
+/// Starts from the rays of the corners ([`zhang::pose_from_rays`]). A plane seen from afar fits nearly as well when its normal is
 /// mirrored about the line of sight, so both are refined and the better one is taken.
 ///
 /// # Errors
@@ -36,9 +35,9 @@ pub fn pose_of(camera: &Camera, target: &Target, corners: &[Corner]) -> Result<(
         if !(corner.px.x.is_finite() && corner.px.y.is_finite()) {
             return Err(Error::Invalid(format!("corner {} has no finite position", corner.index)));
         }
-        if let Some(ray) = camera.unproject(&corner.px).filter(|r| r.z > 0.05) {
-            plane.push(Vector2::new(point.x, point.y));
-            rays.push(Vector2::new(ray.x / ray.z, ray.y / ray.z));
+        if let Some(ray) = camera.unproject(&corner.px) {
+            plane.push([point.x, point.y]);
+            rays.push(ray);
         }
         board.push(point);
         px.push(corner.px);
@@ -49,9 +48,8 @@ pub fn pose_of(camera: &Camera, target: &Target, corners: &[Corner]) -> Result<(
                 .into(),
         )
     };
-    let fit = homography::fit(&plane, &rays, homography::Options::default()).ok_or_else(none)?;
-    let middle = plane.iter().sum::<Vector2<f64>>() / plane.len() as f64;
-    let first = zhang::pose(&fit.matrix, [1.0, 1.0, 0.0, 0.0], middle.into()).ok_or_else(none)?;
+    let first = zhang::pose_from_rays(&plane, &rays).ok_or_else(none)?;
+    let middle = plane.iter().map(|p| Vector2::from(*p)).sum::<Vector2<f64>>() / plane.len() as f64;
     let block = Block::new(&board, &px);
     let free = Free::none(camera.model);
     let problem = refine::Problem {

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, ops::ControlFlow};
 
 use super::{Options, Precision, Problem};
 use crate::{
-    camera::Model,
+    camera::{Model, Spec},
     homography,
     observation::{FrameId, Observation},
     pose::Pose,
@@ -127,11 +127,28 @@ fn view(problem: &Problem, observation: &Observation) -> Result<Seen, String> {
     Ok(seen)
 }
 
-/// The pose of a view from its homography and a few steps with the camera held; `None` where none sees the corners.
+/// The linear pose of a view: from its homography, or where the model is no perspective one from its rays.
+pub(super) fn first_pose(view: &Seen, spec: &Spec, params: &[f64]) -> Option<Pose> {
+    if spec.perspective {
+        let k = [params[0], params[1], params[2], params[3]];
+        return zhang::pose(&view.homography, k, view.middle());
+    }
+    let (mut plane, mut rays) = (Vec::new(), Vec::new());
+    for (board, px) in view.board.iter().zip(&view.px) {
+        // As the model guesses it: exact, or without its small terms.
+        let ray = (spec.guess_ray)(params, px);
+        if ray.iter().all(|x| x.is_finite()) {
+            plane.push([board.x, board.y]);
+            rays.push(ray);
+        }
+    }
+    zhang::pose_from_rays(&plane, &rays)
+}
+
+/// The pose of a view and a few steps with the camera held; `None` where none sees the corners.
 pub(super) fn pose(view: &Seen, model: Model, params: &[f64]) -> Option<(Block, Pose)> {
     let block = view.block();
-    let k = [params[0], params[1], params[2], params[3]];
-    let pose = zhang::pose(&view.homography, k, view.middle())?;
+    let pose = first_pose(view, model.spec(), params)?;
     let free = Free::none(model);
     let start = State { params: params.to_vec(), poses: vec![pose] };
     let limits = Limits { iterations: 2, tolerance: 1e-3, damping: 1e-6 };

@@ -8,7 +8,12 @@
 use nalgebra::{Matrix3, Vector2};
 use std::ops::ControlFlow;
 
-use super::{Options, Problem, options::Constraints, prepare::Seen, unless_stopped};
+use super::{
+    Options, Problem,
+    options::Constraints,
+    prepare::{Seen, first_pose},
+    unless_stopped,
+};
 use crate::{
     Error, Result,
     camera::Camera,
@@ -23,6 +28,8 @@ const ROUGH: Limits = Limits { iterations: 14, tolerance: 1e-2, damping: 1e-3 };
 const FINE: Limits = Limits { iterations: 20, tolerance: 1e-3, damping: 1e-6 };
 /// Focal lengths that are tried, in picture widths, from fisheye to tele; neighbours are not tried one after the other.
 const FOCALS: [f64; 5] = [0.6, 1.8, 0.35, 4.0, 1.0];
+/// The same for lenses that need not be perspective ones: 0.25 widths are 230° over the picture, and less where the circle is smaller.
+const FISHEYE_FOCALS: [f64; 5] = [0.35, 0.6, 0.25, 1.8, 1.0];
 /// Of these at least so many are tried…
 const BLIND: usize = 2;
 /// …and the others not, where so many guesses of all kinds met at the best optimum.
@@ -80,9 +87,8 @@ pub(super) fn choose(
             break;
         }
         let mut start = Start { name, focal_px: params[0], rms_px: None };
-        let k = [params[0], params[1], params[2], params[3]];
         let poses: Option<Vec<_>> =
-            chosen.iter().map(|&i| zhang::pose(&views[i].homography, k, views[i].middle())).collect();
+            chosen.iter().map(|&i| first_pose(&views[i], setup.model.spec(), &params)).collect();
         let rough = match poses {
             Some(poses) => attempt(&plain, &State { params, poses }, ROUGH, report)?,
             None => None,
@@ -153,8 +159,7 @@ fn guesses(problem: &Problem, constraints: &Constraints, linear: &zhang::ClosedF
     let [w, h] = setup.size_px.map(f64::from);
     let mut list = Vec::new();
     let mut add = |name: &str, k: [f64; 4]| {
-        let mut params = vec![0.0; spec.params.len()];
-        params[..4].copy_from_slice(&k);
+        let mut params = [&k[..], spec.neutral].concat();
         constraints.apply(&mut params);
         list.push(Guess { name: name.to_owned(), params });
     };
@@ -177,16 +182,13 @@ fn guesses(problem: &Problem, constraints: &Constraints, linear: &zhang::ClosedF
         add("EXIF", centred(f));
     }
     if multi_start {
-        for f in FOCALS {
+        for f in if spec.perspective { FOCALS } else { FISHEYE_FOCALS } {
             add(&format!("{f} widths"), centred(f * w));
         }
     }
-    if list.is_empty() {
-        list.push(Guess { name: "1 width".into(), params: vec![] });
-        let mut params = vec![0.0; spec.params.len()];
-        params[..4].copy_from_slice(&centred(w));
-        constraints.apply(&mut params);
-        list[0].params = params;
+    if !multi_start {
+        // The first one is taken: this only where there is no other.
+        add("1 width", centred(w));
     }
     // Distortion of a given camera comes along where the models share the name.
     if let Some(camera) = &setup.start {
@@ -211,8 +213,7 @@ fn guesses(problem: &Problem, constraints: &Constraints, linear: &zhang::ClosedF
 fn closed_form(problem: &Problem, views: &[Seen], linear: &zhang::ClosedForm) -> ClosedForm {
     let setup = &problem.cameras[0];
     let Some(k) = linear.intrinsics else { return ClosedForm { camera: None, rms_px: None } };
-    let mut params = vec![0.0; setup.model.spec().params.len()];
-    params[..4].copy_from_slice(&k);
+    let params = [&k[..], setup.model.spec().neutral].concat();
     let camera = Camera { model: setup.model, size_px: setup.size_px, params };
     let (mut sum, mut count) = (0.0, 0usize);
     for view in views {

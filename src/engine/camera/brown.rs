@@ -21,7 +21,7 @@ const P1: usize = 6;
 const P2: usize = 7;
 const K3: usize = 8;
 
-const fn coefficient(name: &'static str) -> Param {
+pub(super) const fn coefficient(name: &'static str) -> Param {
     Param { name, unit: "" }
 }
 
@@ -29,6 +29,9 @@ const fn coefficient(name: &'static str) -> Param {
 pub static SPEC: Spec = Spec {
     name: "brown5",
     title: "Brown, 5 terms",
+    explained: "Ordinary and wide lenses up to about 100°: what OpenCV, ROS and MATLAB use",
+    perspective: true,
+    neutral: &[0.0; 5],
     params: &[
         pinhole::INTRINSICS[0],
         pinhole::INTRINSICS[1],

@@ -16,6 +16,9 @@ pub(super) const INTRINSICS: [Param; 4] = [
 pub static SPEC: Spec = Spec {
     name: "pinhole",
     title: "Pinhole, no distortion",
+    explained: "Pictures without distortion: rendered, or straightened already",
+    perspective: true,
+    neutral: &[],
     params: &INTRINSICS,
     project,
     project_px,

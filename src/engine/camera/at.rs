@@ -1,0 +1,118 @@
+//! One point at a time: a model that is written once for a single point serves the tables of [`super::Spec`] from here.
+
+use nalgebra::{Matrix2x3, Vector2, Vector3};
+
+use super::{Batch, LANES, Lanes, MAX_PARAMS, Projection};
+
+/// What a model with `N` parameters computes for a point; `px` is NaN where it cannot see it.
+pub(super) struct At<const N: usize> {
+    /// Where the point appears, px.
+    pub(super) px: [f64; 2],
+    /// ∂px / ∂point in the camera frame.
+    pub(super) by_point: [[f64; 3]; 2],
+    /// ∂px / ∂parameter.
+    pub(super) by_params: [[f64; N]; 2],
+}
+
+impl<const N: usize> At<N> {
+    /// From normalised, distorted coordinates `(a, b)`: `u = fx a + cx`, `v = fy b + cy`. `by_rest` are their derivatives by what
+    /// follows `fx fy cx cy`.
+    #[inline(always)]
+    pub(super) fn scaled(
+        p: &[f64],
+        [a, b]: [f64; 2],
+        [a_by, b_by]: [[f64; 3]; 2],
+        by_rest: impl Fn(usize) -> [f64; 2],
+    ) -> Self {
+        let [fx, fy, cx, cy] = [p[0], p[1], p[2], p[3]];
+        let mut by_params = [[0.0; N]; 2];
+        by_params[0][0] = a;
+        by_params[0][2] = 1.0;
+        by_params[1][1] = b;
+        by_params[1][3] = 1.0;
+        for k in 4..N {
+            let [da, db] = by_rest(k - 4);
+            by_params[0][k] = fx * da;
+            by_params[1][k] = fy * db;
+        }
+        Self {
+            px: [fx * a + cx, fy * b + cy],
+            by_point: [a_by.map(|d| fx * d), b_by.map(|d| fy * d)],
+            by_params,
+        }
+    }
+}
+
+/// [`super::Spec::project`].
+#[inline(always)]
+pub(super) fn one<const N: usize>(
+    at: impl Fn(&[f64], [f64; 3]) -> At<N>,
+    p: &[f64],
+    point: &Vector3<f64>,
+) -> Option<Projection> {
+    let at = at(p, (*point).into());
+    let [u, v] = at.px;
+    if !(u.is_finite() && v.is_finite()) {
+        return None;
+    }
+    let [a, b] = at.by_point;
+    let mut by_params = [Vector2::zeros(); MAX_PARAMS];
+    for (k, to) in by_params.iter_mut().enumerate().take(N) {
+        *to = Vector2::new(at.by_params[0][k], at.by_params[1][k]);
+    }
+    Some(Projection {
+        px: Vector2::new(u, v),
+        by_point: Matrix2x3::new(a[0], a[1], a[2], b[0], b[1], b[2]),
+        by_params,
+    })
+}
+
+/// [`super::Spec::project_px`].
+#[inline(always)]
+pub(super) fn one_px(
+    px: impl Fn(&[f64], [f64; 3]) -> [f64; 2],
+    p: &[f64],
+    point: &Vector3<f64>,
+) -> Option<Vector2<f64>> {
+    let [u, v] = px(p, (*point).into());
+    (u.is_finite() && v.is_finite()).then(|| Vector2::new(u, v))
+}
+
+/// [`super::Spec::project_batch`].
+#[inline(always)]
+pub(super) fn all<const N: usize>(
+    at: impl Fn(&[f64], [f64; 3]) -> At<N>,
+    p: &[f64],
+    points: &[Lanes; 3],
+    out: &mut Batch,
+) {
+    for l in 0..LANES {
+        let at = at(p, [points[0][l], points[1][l], points[2][l]]);
+        for side in 0..2 {
+            out.px[side][l] = at.px[side];
+            for k in 0..3 {
+                out.by_point[side][k][l] = at.by_point[side][k];
+            }
+            for k in 0..N {
+                // What is zero in every model is never written.
+                if k != 1 - side && k != 3 - side {
+                    out.by_params[side][k][l] = at.by_params[side][k];
+                }
+            }
+        }
+    }
+}
+
+/// [`super::Spec::project_px_batch`].
+#[inline(always)]
+pub(super) fn all_px(
+    px: impl Fn(&[f64], [f64; 3]) -> [f64; 2],
+    p: &[f64],
+    points: &[Lanes; 3],
+    out: &mut [Lanes; 2],
+) {
+    for l in 0..LANES {
+        let [u, v] = px(p, [points[0][l], points[1][l], points[2][l]]);
+        (out[0][l], out[1][l]) = (u, v);
+    }
+}
