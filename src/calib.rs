@@ -34,6 +34,7 @@ pub mod homography;
 pub mod html;
 pub mod image;
 pub mod json;
+pub mod marker;
 pub mod named;
 pub mod number;
 pub mod observation;

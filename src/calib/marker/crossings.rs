@@ -1,0 +1,347 @@
+//! Crossings of edges near markers, whatever the board: inner corners of a ChArUco board, corners of AprilGrid tags.
+//!
+//! Places come from two sides: the corner of a mark that a black square touches from outside, and the peaks of the response of a
+//! checkerboard detector ([`crate::calib::detect`]) between marks. Linked to their neighbours they are refined as the corners of a
+//! checkerboard are: along their edges, with the curvature that the neighbours show.
+
+use std::{borrow::Cow, collections::VecDeque};
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Mark,
+    outline::{bilinear, square_to},
+};
+use crate::calib::{
+    detect::{
+        pyramid::noise,
+        response::{RING, SMALL_RING, peaks, response, vertex},
+        saddle::Saddle,
+        strip::{self, Arms, Fit, Start, refine_with},
+    },
+    image::{Plane, Sample},
+};
+
+/// A place where four squares meet, two black and two white.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Crossing {
+    /// Position, px.
+    pub px: Vector2<f64>,
+    /// Predicted standard deviation per axis, px.
+    pub sigma_px: f64,
+    /// Middle of one of the black squares as seen from the crossing, of unit length.
+    pub black: Vector2<f64>,
+}
+
+/// Side of a mark in the level where crossings are looked for, at least, px.
+const SIDE: f64 = 18.0;
+/// Below it the small ring is used, px.
+const SMALL_SIDE: f64 = 15.0;
+/// Farthest from the middle of a mark, in its sides.
+const FARTHEST: f64 = 1.7;
+/// Smallest quality of a saddle.
+const QUALITY: f32 = 0.45;
+/// Most saddles: a picture of nothing but texture must not take minutes.
+const MOST: usize = 6000;
+/// Largest sine between an edge and the step to a neighbour.
+const ALONG: f64 = 0.25;
+/// Where a square that touches a corner is looked at, in sides beyond the corner.
+const TOUCH: f64 = 0.09;
+/// Length of an edge beyond a mark's corner where nothing tells it, in sides.
+const BEYOND: f64 = 0.18;
+/// A fit may move a crossing by this share of its shortest edge.
+const MOVE: f64 = 0.3;
+/// What a fit may leave, relative to half the contrast.
+const LEFT: f64 = 0.3;
+
+/// A place that may be a crossing.
+#[derive(Clone, Copy)]
+struct Place {
+    px: Vector2<f64>,
+    /// Directions of the edges, unit vectors: from the first turning to the second (x towards y) it is black.
+    axes: [Vector2<f64>; 2],
+    /// Edge lengths against and along both axes, where a mark tells them, px.
+    room: Option<[[f64; 2]; 2]>,
+    /// Side of the mark beside it, px.
+    side: f64,
+}
+
+impl Place {
+    fn black(&self) -> Vector2<f64> {
+        (self.axes[0] + self.axes[1]).normalize()
+    }
+}
+
+/// The crossings near the marks, by row, then column.
+pub(super) fn crossings<T: Sample>(
+    picture: &Plane<T>,
+    levels: &[Cow<'_, Plane<u8>>],
+    marks: &[Mark],
+) -> Vec<Crossing> {
+    let Some(frames) = frames(marks) else { return Vec::new() };
+    let mut places: Vec<Place> =
+        marks.iter().flat_map(|m| (0..4).filter_map(|k| touched(&levels[0], m, k))).collect();
+    let level = between(levels, &frames, &mut places);
+    let scale = f64::from(1u32 << level);
+    let mut links = Links::of(&places);
+    if level > 0 {
+        // A pixel of the level is several of the picture: a fit there brings the starts near enough.
+        let to_level = |p: &Place| Place {
+            px: p.px.map(|v| (v + 0.5) / scale - 0.5),
+            room: p.room.map(|r| r.map(|r| r.map(|r| r / scale))),
+            side: p.side / scale,
+            ..*p
+        };
+        let small: Vec<Place> = places.iter().map(to_level).collect();
+        for (place, fit) in places.iter_mut().zip(links.fit(&*levels[level], &small)) {
+            if fit.ok {
+                place.px = fit.px.map(|v| (v + 0.5) * scale - 0.5);
+            }
+        }
+        links = Links::of(&places);
+    }
+    let fits = links.fit(picture, &places);
+    let mut found: Vec<Crossing> = places
+        .iter()
+        .zip(&fits)
+        .enumerate()
+        .filter(|(i, (p, f))| {
+            let moved = (f.px - p.px).norm() < MOVE * links.shortest(*i, &places);
+            f.ok && moved && f.sigma_gray <= LEFT * f.amplitude.abs()
+        })
+        .map(|(_, (p, f))| Crossing { px: f.px, sigma_px: f.sigma_px(), black: p.black() })
+        .collect();
+    found.sort_by(|a, b| a.px.y.total_cmp(&b.px.y).then(a.px.x.total_cmp(&b.px.x)));
+    found.dedup_by(|b, a| (a.px - b.px).norm() < 1.0);
+    found
+}
+
+/// A mark's middle, side and the way from the picture into its square.
+struct Frame {
+    center: Vector2<f64>,
+    side: f64,
+    square_from_picture: Matrix3<f64>,
+}
+
+impl Frame {
+    /// Whether a place lies inside the mark or on its sides.
+    fn covers(&self, px: Vector2<f64>) -> bool {
+        let q = self.square_from_picture * Vector3::new(px.x, px.y, 1.0);
+        [q.x / q.z, q.y / q.z].iter().all(|v| (-0.07..1.07).contains(v))
+    }
+}
+
+fn frames(marks: &[Mark]) -> Option<Vec<Frame>> {
+    let list: Vec<Frame> = marks
+        .iter()
+        .filter_map(|m| {
+            let square_from_picture = square_to(&m.corners)?.try_inverse()?;
+            Some(Frame { center: m.center(), side: m.side_px(), square_from_picture })
+        })
+        .collect();
+    (!list.is_empty()).then_some(list)
+}
+
+/// Corner `k` of a mark where a black square touches it from outside.
+fn touched(picture: &Plane<u8>, mark: &Mark, k: usize) -> Option<Place> {
+    let c = |i: usize| mark.corners[(k + i) % 4];
+    let (next, last) = (c(1) - c(0), c(3) - c(0));
+    let sign = if mark.inverted { -1.0 } else { 1.0 };
+    let at = |a: f64, b: f64| bilinear(picture, c(0) + next * a + last * b).map(|v| sign * v);
+    let beyond = at(-TOUCH, -TOUCH)?;
+    let (inside, beside) = (at(TOUCH, TOUCH)?, [at(-TOUCH, TOUCH)?, at(TOUCH, -TOUCH)?]);
+    let bright = beside[0].min(beside[1]);
+    if beyond.max(inside) > bright - 0.35 * (bright - beyond.min(inside)) || bright - inside < 6.0 {
+        return None;
+    }
+    let [a, b] = [next, last].map(|d| d.norm());
+    let axes = [next / a, last / b];
+    // Of an inverted print black and white change places.
+    let (axes, room) = if mark.inverted {
+        ([axes[1], -axes[0]], [[BEYOND * b, b], [a, BEYOND * a]])
+    } else {
+        (axes, [[BEYOND * a, a], [BEYOND * b, b]])
+    };
+    Some(Place { px: c(0), axes, room: Some(room), side: mark.side_px() })
+}
+
+/// Adds the saddles between the marks; returns the level in which they were found.
+fn between(levels: &[Cow<'_, Plane<u8>>], frames: &[Frame], places: &mut Vec<Place>) -> usize {
+    let mut sides: Vec<f64> = frames.iter().map(|f| f.side).collect();
+    sides.sort_by(f64::total_cmp);
+    let small = sides[sides.len() / 6];
+    let level = (1..levels.len()).take_while(|k| small / f64::from(1u32 << k) >= SIDE).last().unwrap_or(0);
+    let scale = f64::from(1u32 << level);
+    let whole = &levels[level];
+    // Only what lies around the marks is looked at.
+    let bound = |k: usize, sign: f64, size: usize| {
+        let far = frames.iter().map(|f| sign * f.center[k] + FARTHEST * f.side).fold(f64::MIN, f64::max);
+        ((sign * far / scale).clamp(0.0, size as f64)) as usize
+    };
+    let (x0, x1) = (bound(0, -1.0, whole.width()), bound(0, 1.0, whole.width()));
+    let (y0, y1) = (bound(1, -1.0, whole.height()), bound(1, 1.0, whole.height()));
+    if x1 <= x0 || y1 <= y0 {
+        return level;
+    }
+    let part = Plane::from_fn(x1 - x0, y1 - y0, |x, y| whole.at(x0 + x, y0 + y));
+    let ring = if small / scale < SMALL_SIDE { &SMALL_RING } else { &RING };
+    let strength = response(&part, ring);
+    let noise = noise(&part);
+    let threshold = (8.0 * noise).clamp(24.0, 2000.0) as i16;
+    let mut at = peaks(&strength, threshold);
+    if at.len() > MOST {
+        at.sort_unstable_by_key(|[x, y]| (-strength.at(*x, *y), *y, *x));
+        at.truncate(MOST);
+    }
+    let known = places.len();
+    for [x, y] in at {
+        let [dx, dy] = vertex(&strength, x, y);
+        let local = Vector2::new(x as f64 + dx, y as f64 + dy);
+        let px = (local + Vector2::new(x0 as f64, y0 as f64)).map(|v| (v + 0.5) * scale - 0.5);
+        let near = frames.iter().filter(|f| (f.center - px).norm() < FARTHEST * f.side);
+        let mut side = None;
+        let mut covered = false;
+        for f in near {
+            covered |= f.covers(px);
+            side = Some(side.map_or(f.side, |s: f64| s.min(f.side)));
+        }
+        let Some(side) = side.filter(|_| !covered) else { continue };
+        let twice = places[..known].iter().any(|p| (p.px - px).norm() < (0.12 * p.side).max(2.0));
+        if twice {
+            continue;
+        }
+        let saddle = Saddle::at(&part, ring, [x, y], local);
+        if let Some(s) = saddle.filter(|s| s.quality >= QUALITY && s.contrast >= 2.0 * noise + 3.0) {
+            places.push(Place { px, axes: s.axes, room: None, side });
+        }
+    }
+    level
+}
+
+/// Places with the same names for the same directions, and their neighbours.
+struct Links {
+    /// Unit vectors towards +column and +row.
+    uv: Vec<[Vector2<f64>; 2]>,
+    neighbours: Vec<[Option<u32>; 4]>,
+}
+
+impl Links {
+    fn of(places: &[Place]) -> Self {
+        let n = places.len();
+        // The nearest in each of four directions: against and along both axes.
+        let near: Vec<[Option<usize>; 4]> = (0..n).map(|i| nearest(places, i)).collect();
+        let mut uv: Vec<Option<[Vector2<f64>; 2]>> = vec![None; n];
+        for seed in 0..n {
+            if uv[seed].is_some() {
+                continue;
+            }
+            uv[seed] = Some(places[seed].axes);
+            let mut queue = VecDeque::from([seed]);
+            while let Some(i) = queue.pop_front() {
+                let Some(own) = uv[i] else { continue };
+                for j in near[i].into_iter().flatten() {
+                    if uv[j].is_none() {
+                        uv[j] = Some(named(&places[j].axes, own));
+                        queue.push_back(j);
+                    }
+                }
+            }
+        }
+        let uv: Vec<[Vector2<f64>; 2]> =
+            uv.into_iter().zip(places).map(|(a, p)| a.unwrap_or(p.axes)).collect();
+        let side = |i: usize, j: usize| {
+            let step = places[j].px - places[i].px;
+            let k = usize::from(step.dot(&uv[i][1]).abs() > step.dot(&uv[i][0]).abs());
+            2 * k + usize::from(step.dot(&uv[i][k]) > 0.0)
+        };
+        let mut neighbours = vec![[None; 4]; n];
+        for i in 0..n {
+            for j in near[i].into_iter().flatten() {
+                if near[j].contains(&Some(i)) && side(j, i) == side(i, j) ^ 1 {
+                    neighbours[i][side(i, j)] = Some(j as u32);
+                }
+            }
+        }
+        Self { uv, neighbours }
+    }
+
+    /// Lengths of the edges of a place against and along both directions, px.
+    fn rooms(&self, i: usize, places: &[Place]) -> [[f64; 2]; 2] {
+        let p = &places[i];
+        [0, 1].map(|k| {
+            let by_mark = p.room.map(|room| {
+                let m =
+                    usize::from(p.axes[1].dot(&self.uv[i][k]).abs() > p.axes[0].dot(&self.uv[i][k]).abs());
+                let mut r = room[m];
+                if p.axes[m].dot(&self.uv[i][k]) < 0.0 {
+                    r.reverse();
+                }
+                r
+            });
+            let linked = [2 * k, 2 * k + 1]
+                .map(|s| self.neighbours[i][s].map(|j| (places[j as usize].px - p.px).norm()));
+            let other = |s: usize| linked[1 - s].map_or(0.5 * p.side, |d| d.min(p.side) * 0.6);
+            [0, 1].map(|s| linked[s].or(by_mark.map(|r| r[s])).unwrap_or_else(|| other(s)))
+        })
+    }
+
+    fn shortest(&self, i: usize, places: &[Place]) -> f64 {
+        self.rooms(i, places).into_iter().flatten().fold(f64::INFINITY, f64::min)
+    }
+
+    fn fit<T: Sample>(&self, picture: &Plane<T>, places: &[Place]) -> Vec<Fit> {
+        let starts: Vec<Start> =
+            places.iter().zip(&self.neighbours).map(|(p, n)| Start { px: p.px, neighbours: *n }).collect();
+        let arms: Vec<Option<Arms>> = (0..places.len())
+            .map(|i| {
+                let steps = [0, 1].map(|k| {
+                    let end = |s: usize| self.neighbours[i][s].map(|j| places[j as usize].px);
+                    match (end(2 * k), end(2 * k + 1)) {
+                        (Some(a), Some(b)) => b - a,
+                        (Some(a), None) => places[i].px - a,
+                        (None, Some(b)) => b - places[i].px,
+                        (None, None) => self.uv[i][k] * 10.0,
+                    }
+                });
+                Some(Arms { along: steps, room_px: self.rooms(i, places) })
+            })
+            .collect();
+        refine_with(picture, &starts, &arms, &strip::Options::default())
+    }
+}
+
+/// The axes in the order and with the signs that lie nearest to `like`.
+fn named(axes: &[Vector2<f64>; 2], like: [Vector2<f64>; 2]) -> [Vector2<f64>; 2] {
+    let fit = |a: Vector2<f64>, b: Vector2<f64>| a.dot(&like[0]).abs() + b.dot(&like[1]).abs();
+    let [a, b] = if fit(axes[0], axes[1]) >= fit(axes[1], axes[0]) { *axes } else { [axes[1], axes[0]] };
+    [a * a.dot(&like[0]).signum(), b * b.dot(&like[1]).signum()]
+}
+
+/// The nearest place against and along both axes of place `i` whose edges lie on the same lines and whose colours are the other
+/// way round.
+fn nearest(places: &[Place], i: usize) -> [Option<usize>; 4] {
+    let p = &places[i];
+    let farthest = 2.6 * p.side;
+    let mut best: [(f64, Option<usize>); 4] = [(farthest, None); 4];
+    for (j, q) in places.iter().enumerate() {
+        let step = q.px - p.px;
+        let distance = step.norm();
+        if distance >= farthest || distance < 3.0 {
+            continue;
+        }
+        for k in 0..2 {
+            let on_line = p.axes[k].perp(&step).abs() < ALONG * distance;
+            let its = q.axes.iter().map(|a| a.perp(&step).abs() / distance).fold(1.0, f64::min);
+            let side = 2 * k + usize::from(step.dot(&p.axes[k]) > 0.0);
+            if on_line
+                && its < 1.5 * ALONG
+                && p.black().dot(&q.black()).abs() < 0.65
+                && distance < best[side].0
+            {
+                best[side] = (distance, Some(j));
+            }
+        }
+    }
+    best.map(|b| b.1)
+}

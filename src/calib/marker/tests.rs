@@ -1,0 +1,3 @@
+//! Markers in rendered pictures with exactly known corners, and in photographs.
+
+mod photographs;
