@@ -9,9 +9,14 @@
 //! pixel ([`outline`]), and whose cells are [`read`]; then the [`crossings`]. Each is tried from the full picture to ever smaller ones,
 //! where large and blurred markers are found. Both polarities are looked at: of an inverted print borders are white.
 
+mod aprilgrid;
+mod aruco_grid;
+pub mod board;
+mod charuco;
 mod crossings;
 pub mod dictionary;
 mod outline;
+mod place;
 mod quads;
 mod read;
 mod regions;
@@ -76,6 +81,11 @@ impl Mark {
     pub fn identify_mirrored(&self, dictionary: Dictionary) -> Option<Identity> {
         let best = self.readings.iter().filter_map(|r| dictionary.identify(r.bits.mirrored()));
         best.min_by_key(|i| i.errors)
+    }
+
+    /// Whether it was recognised with a border of so many cells.
+    fn has_border(&self, dictionary: Dictionary, border: u8) -> bool {
+        self.readings.iter().any(|r| r.border == border && dictionary.identify(r.bits).is_some())
     }
 
     /// Mean of the corners, px.

@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn classes_and_halvings() {
-        assert_eq!(classes(&[0.0, 0.1, 0.9, 1.1]), Some((0.05, 1.0)));
+        assert_eq!(classes(&[0.0, 0.5, 2.0, 2.5]), Some((0.25, 2.25)));
         assert_eq!(classes(&[]), None);
         assert_eq!([30.0, 72.0, 80.0, 150.0].map(halvings), [0, 1, 1, 2]);
     }

@@ -11,8 +11,9 @@ use crate::calib::image::Plane;
 
 /// Side of a tile, px.
 const TILE: usize = 4;
-/// Where in the range of grey values dark ends and bright begins.
-const DARK: f32 = 0.42;
+/// Where in the range of grey values dark ends, and from the other end bright begins. Where squares touch, the middle of the crossing
+/// is at 0.5, or nearer to 0.3 where the view is oblique: higher limits join the tags of an AprilGrid, lower ones break thin borders.
+const DARK: f32 = 0.25;
 /// Smallest side of a region's box, px.
 const SMALLEST: u32 = 7;
 
