@@ -161,7 +161,8 @@ fn mark<T: Sample>(
     let chart = scaled(&rough, k, k + more).chart()?;
     let sign = if quad.dark { 1.0 } else { -1.0 };
     let readings = read::read(&levels[k + more], &chart, sign, contrast);
-    if readings.is_empty() {
+    // What no dictionary has, right or mirrored, is no marker.
+    if !readings.iter().any(|r| Dictionary::any_has(r.bits)) {
         return None;
     }
     let start = scaled(&rough, k, 0);

@@ -136,6 +136,8 @@ pub struct Arms {
     pub along: [Vector2<f64>; 2],
     /// How far each edge runs before and after the corner, px.
     pub room_px: [[f64; 2]; 2],
+    /// How far beside both edges there is nothing but their squares, px; pixels beyond are not looked at.
+    pub clear_px: f64,
 }
 
 /// [`refine`] where corners need not lie on a checkerboard: `arms[i]`, where there is one, overrules the neighbours of start i for
@@ -147,17 +149,19 @@ pub fn refine_with<T: Sample>(
     options: &Options,
 ) -> Vec<Fit> {
     let mut axes = axes::all(starts, options);
-    for (axes, arms) in axes.iter_mut().zip(arms) {
+    let mut clear = vec![f32::INFINITY; axes.len()];
+    for ((axes, clear), arms) in axes.iter_mut().zip(&mut clear).zip(arms) {
         if let Some(arms) = arms {
-            *axes = arms.axes();
+            (*axes, *clear) = (arms.axes(), arms.clear_px as f32);
         }
     }
     let mut strips = [Strip::new(), Strip::new()];
     let mut corners: Vec<Option<Crossing>> = axes
         .iter()
         .zip(starts)
-        .map(|(axes, start)| {
-            let mut corner = Crossing::new(start.px, axes.as_ref()?)?;
+        .zip(clear)
+        .map(|((axes, start), clear)| {
+            let mut corner = Crossing::new(start.px, axes.as_ref()?)?.with_clear(clear);
             corner.coarse(picture, options, &mut strips)?;
             corner.fine(picture, options, &mut strips)?;
             Some(corner)

@@ -50,6 +50,8 @@ const ALONG: f64 = 0.25;
 const TOUCH: f64 = 0.09;
 /// Length of an edge beyond a mark's corner where nothing tells it, in sides.
 const BEYOND: f64 = 0.18;
+/// Share of the distance from a mark beside the edges that is looked at, and at least that many px.
+const CLEAR: (f64, f64) = (0.75, 1.6);
 /// A fit may move a crossing by this share of its shortest edge.
 const MOVE: f64 = 0.3;
 /// What a fit may leave, relative to half the contrast.
@@ -65,6 +67,8 @@ struct Place {
     room: Option<[[f64; 2]; 2]>,
     /// Side of the mark beside it, px.
     side: f64,
+    /// How far beside the edges there is no mark, px.
+    clear: f64,
 }
 
 impl Place {
@@ -82,6 +86,7 @@ pub(super) fn crossings<T: Sample>(
     let Some(frames) = frames(marks) else { return Vec::new() };
     let mut places: Vec<Place> =
         marks.iter().flat_map(|m| (0..4).filter_map(|k| touched(&levels[0], m, k))).collect();
+    unite(&mut places);
     let level = between(levels, &frames, &mut places);
     let scale = f64::from(1u32 << level);
     let mut links = Links::of(&places);
@@ -91,6 +96,7 @@ pub(super) fn crossings<T: Sample>(
             px: p.px.map(|v| (v + 0.5) / scale - 0.5),
             room: p.room.map(|r| r.map(|r| r.map(|r| r / scale))),
             side: p.side / scale,
+            clear: p.clear / scale,
             ..*p
         };
         let small: Vec<Place> = places.iter().map(to_level).collect();
@@ -117,6 +123,17 @@ pub(super) fn crossings<T: Sample>(
     found
 }
 
+/// Two marks that touch have one corner there.
+fn unite(places: &mut Vec<Place>) {
+    let mut kept: Vec<Place> = Vec::with_capacity(places.len());
+    for p in places.iter() {
+        if !kept.iter().any(|k| (k.px - p.px).norm() < (0.1 * p.side).max(1.5)) {
+            kept.push(*p);
+        }
+    }
+    *places = kept;
+}
+
 /// A mark's middle, side and the way from the picture into its square.
 struct Frame {
     center: Vector2<f64>,
@@ -125,10 +142,18 @@ struct Frame {
 }
 
 impl Frame {
-    /// Whether a place lies inside the mark or on its sides.
+    /// Whether a place lies among the cells of the mark; its corners may be crossings.
     fn covers(&self, px: Vector2<f64>) -> bool {
         let q = self.square_from_picture * Vector3::new(px.x, px.y, 1.0);
-        [q.x / q.z, q.y / q.z].iter().all(|v| (-0.07..1.07).contains(v))
+        [q.x / q.z, q.y / q.z].iter().all(|v| (0.06..0.94).contains(v))
+    }
+
+    /// Distance of a place off a corner of the mark from the nearer of its two sides, in sides; infinite elsewhere.
+    fn beside(&self, px: Vector2<f64>) -> f64 {
+        let q = self.square_from_picture * Vector3::new(px.x, px.y, 1.0);
+        let out = [q.x / q.z, q.y / q.z].map(|v| (-v).max(v - 1.0));
+        let off = |o: f64| (-0.1..0.8).contains(&o);
+        if off(out[0]) && off(out[1]) { out[0].min(out[1]).max(0.0) } else { f64::INFINITY }
     }
 }
 
@@ -163,7 +188,7 @@ fn touched(picture: &Plane<u8>, mark: &Mark, k: usize) -> Option<Place> {
     } else {
         (axes, [[BEYOND * a, a], [BEYOND * b, b]])
     };
-    Some(Place { px: c(0), axes, room: Some(room), side: mark.side_px() })
+    Some(Place { px: c(0), axes, room: Some(room), side: mark.side_px(), clear: f64::INFINITY })
 }
 
 /// Adds the saddles between the marks; returns the level in which they were found.
@@ -201,9 +226,10 @@ fn between(levels: &[Cow<'_, Plane<u8>>], frames: &[Frame], places: &mut Vec<Pla
         let px = (local + Vector2::new(x0 as f64, y0 as f64)).map(|v| (v + 0.5) * scale - 0.5);
         let near = frames.iter().filter(|f| (f.center - px).norm() < FARTHEST * f.side);
         let mut side = None;
-        let mut covered = false;
+        let (mut covered, mut clear) = (false, f64::INFINITY);
         for f in near {
             covered |= f.covers(px);
+            clear = clear.min(CLEAR.0 * f.beside(px) * f.side);
             side = Some(side.map_or(f.side, |s: f64| s.min(f.side)));
         }
         let Some(side) = side.filter(|_| !covered) else { continue };
@@ -213,7 +239,7 @@ fn between(levels: &[Cow<'_, Plane<u8>>], frames: &[Frame], places: &mut Vec<Pla
         }
         let saddle = Saddle::at(&part, ring, [x, y], local);
         if let Some(s) = saddle.filter(|s| s.quality >= QUALITY && s.contrast >= 2.0 * noise + 3.0) {
-            places.push(Place { px, axes: s.axes, room: None, side });
+            places.push(Place { px, axes: s.axes, room: None, side, clear: clear.max(CLEAR.1) });
         }
     }
     level
@@ -304,7 +330,7 @@ impl Links {
                         (None, None) => self.uv[i][k] * 10.0,
                     }
                 });
-                Some(Arms { along: steps, room_px: self.rooms(i, places) })
+                Some(Arms { along: steps, room_px: self.rooms(i, places), clear_px: places[i].clear })
             })
             .collect();
         refine_with(picture, &starts, &arms, &strip::Options::default())

@@ -111,6 +111,17 @@ impl Dictionary {
         (0..SPECS.len() as u8).map(Self)
     }
 
+    /// The dictionaries that hold all others.
+    fn families() -> impl Iterator<Item = Self> {
+        let shares = |a: &Spec, b: &Spec| a.first.is_some() && a.first == b.first && a.len < b.len;
+        Self::all().filter(move |d| !SPECS.iter().any(|s| shares(d.spec(), s)))
+    }
+
+    /// Whether any dictionary has such a code, as it is or mirrored.
+    pub(super) fn any_has(bits: Bits) -> bool {
+        Self::families().any(|d| d.nearest(bits).is_some() || d.nearest(bits.mirrored()).is_some())
+    }
+
     fn spec(self) -> &'static Spec {
         &SPECS[usize::from(self.0) % SPECS.len()]
     }
@@ -185,10 +196,13 @@ impl Dictionary {
         let room = u32::from(spec.distance.saturating_sub(1)).checked_sub(in_doubt)? / 2;
         let mut best: Option<Identity> = None;
         let mut ways = 0;
-        let mut turned = bits;
-        for turns in 0..4 {
-            for id in 0..spec.len {
-                let Some(code) = self.code(id) else { break };
+        let mut turned = [bits; 4];
+        for k in 1..4 {
+            turned[k] = turned[k - 1].turned();
+        }
+        for id in 0..spec.len {
+            let Some(code) = self.code(id) else { break };
+            for (turns, turned) in (0..).zip(&turned) {
                 let errors = ((code ^ turned.code) & !turned.doubt).count_ones();
                 if errors > room || best.is_some_and(|b| errors > u32::from(b.errors)) {
                     continue;
@@ -196,7 +210,6 @@ impl Dictionary {
                 ways = if best.is_some_and(|b| errors == u32::from(b.errors)) { ways + 1 } else { 1 };
                 best = Some(Identity { id, turns, errors: errors as u8 });
             }
-            turned = turned.turned();
         }
         best.filter(|_| ways == 1)
     }

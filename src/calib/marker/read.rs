@@ -44,8 +44,8 @@ pub(super) fn read(picture: &Plane<u8>, chart: &Chart, sign: f32, contrast: f32)
     let mut cells = Vec::with_capacity(121);
     for (total, layouts) in LAYOUTS {
         cells.clear();
-        let bright = sample(picture, chart, sign, &light, total, &mut cells);
-        if bright.is_none() {
+        let whole = sample(picture, chart, sign, &light, total, &mut cells);
+        if whole.is_none() {
             continue;
         }
         found.extend(layouts.iter().filter_map(|(n, border)| {
@@ -118,7 +118,7 @@ fn sample(
     cells: &mut Vec<[f32; 5]>,
 ) -> Option<()> {
     let step = 1.0 / total as f64;
-    let mut at = |r: usize, c: usize| -> Option<[f32; 5]> {
+    let at = |r: usize, c: usize| -> Option<[f32; 5]> {
         let mut v = [0f32; 5];
         for (v, (ds, dt)) in v.iter_mut().zip(PLACES) {
             let (s, t) = ((c as f64 + 0.5 + ds) * step, (r as f64 + 0.5 + dt) * step);
