@@ -54,6 +54,7 @@ const BEYOND: f64 = 0.18;
 const CLEAR: (f64, f64) = (0.75, 1.6);
 /// A fit may move a crossing by this share of its shortest edge.
 const MOVE: f64 = 0.3;
+const MOVE_PX: f64 = 3.0;
 /// What a fit may leave, relative to half the contrast.
 const LEFT: f64 = 0.3;
 
@@ -65,6 +66,8 @@ struct Place {
     axes: [Vector2<f64>; 2],
     /// Edge lengths against and along both axes, where a mark tells them, px.
     room: Option<[[f64; 2]; 2]>,
+    /// Standard deviation per axis once it was fitted, px.
+    sigma_px: f64,
     /// Side of the mark beside it, px.
     side: f64,
     /// How far beside the edges there is no mark, px.
@@ -108,19 +111,75 @@ pub(super) fn crossings<T: Sample>(
         links = Links::of(&places);
     }
     let fits = links.fit(picture, &places);
-    let mut found: Vec<Crossing> = places
+    let mut found = accepted(&places, &links, &fits);
+    let more = predicted(marks, &frames, &found);
+    if !more.is_empty() {
+        found.extend(more);
+        let links = Links::of(&found);
+        let fits = links.fit(picture, &found);
+        found = accepted(&found, &links, &fits);
+    }
+    let mut found: Vec<Crossing> = found
         .iter()
-        .zip(&fits)
-        .enumerate()
-        .filter(|(i, (p, f))| {
-            let moved = (f.px - p.px).norm() < MOVE * links.shortest(*i, &places);
-            f.ok && moved && f.sigma_gray <= LEFT * f.amplitude.abs()
-        })
-        .map(|(_, (p, f))| Crossing { px: f.px, sigma_px: f.sigma_px(), black: p.black() })
+        .map(|p| Crossing { px: p.px, sigma_px: p.sigma_px, black: p.black() })
         .collect();
     found.sort_by(|a, b| a.px.y.total_cmp(&b.px.y).then(a.px.x.total_cmp(&b.px.x)));
     found.dedup_by(|b, a| (a.px - b.px).norm() < 1.0);
     found
+}
+
+/// The places that are crossings, moved to where the fit has them.
+fn accepted(places: &[Place], links: &Links, fits: &[Fit]) -> Vec<Place> {
+    let good = |(i, (p, f)): (usize, (&Place, &Fit))| {
+        let stayed = (f.px - p.px).norm() < (MOVE * links.shortest(i, places)).min(MOVE_PX.max(0.06 * p.side));
+        (f.ok && stayed && f.sigma_gray <= LEFT * f.amplitude.abs())
+            .then(|| Place { px: f.px, sigma_px: f.sigma_px(), ..*p })
+    };
+    places.iter().zip(fits).enumerate().filter_map(good).collect()
+}
+
+/// Where the marks have more crossings off their corners, if some crossings tell how far off they are (on a ChArUco board).
+fn predicted(marks: &[Mark], frames: &[Frame], found: &[Place]) -> Vec<Place> {
+    let mut margins: Vec<f64> = found
+        .iter()
+        .filter(|p| p.room.is_none())
+        .flat_map(|p| frames.iter().map(|f| f.beside(p.px)).filter(|m| *m > 0.04 && m.is_finite()))
+        .collect();
+    margins.sort_by(f64::total_cmp);
+    let Some(margin) = margins.get(margins.len() / 2).copied() else { return Vec::new() };
+    let mut more: Vec<Place> = Vec::new();
+    for mark in marks {
+        for k in 0..4 {
+            let c = |i: usize| mark.corners[(k + i) % 4];
+            let Some(h) = square_to(&[c(0), c(1), c(2), c(3)]) else { continue };
+            let q = h * Vector3::new(-margin, -margin, 1.0);
+            let px = Vector2::new(q.x, q.y) / q.z;
+            let side = mark.side_px();
+            let near = |p: &Place, part: f64| (p.px - px).norm() < (part * side).max(2.5);
+            if found.iter().any(|p| near(p, 0.12)) || frames.iter().any(|f| f.covers(px)) {
+                continue;
+            }
+            match more.iter_mut().find(|p| near(p, 0.25)) {
+                // The mark on the other side has it too: between both.
+                Some(p) => p.px = 0.5 * (p.px + px),
+                None => more.push(Place {
+                    px,
+                    sigma_px: 0.0,
+                    axes: axes(c(1) - c(0), c(3) - c(0), mark.inverted),
+                    room: None,
+                    side,
+                    clear: (CLEAR.0 * margin * side).max(CLEAR.1),
+                }),
+            }
+        }
+    }
+    more
+}
+
+/// Axes of a crossing whose squares along `next` and `last`, and opposite, are black, else white.
+fn axes(next: Vector2<f64>, last: Vector2<f64>, black: bool) -> [Vector2<f64>; 2] {
+    let [a, b] = [next.normalize(), last.normalize()];
+    if black { [a, b] } else { [-b, a] }
 }
 
 /// Two marks that touch have one corner there.
@@ -181,14 +240,13 @@ fn touched(picture: &Plane<u8>, mark: &Mark, k: usize) -> Option<Place> {
         return None;
     }
     let [a, b] = [next, last].map(|d| d.norm());
-    let axes = [next / a, last / b];
-    // Of an inverted print black and white change places.
-    let (axes, room) = if mark.inverted {
-        ([axes[1], -axes[0]], [[BEYOND * b, b], [a, BEYOND * a]])
-    } else {
-        (axes, [[BEYOND * a, a], [BEYOND * b, b]])
-    };
-    Some(Place { px: c(0), axes, room: Some(room), side: mark.side_px(), clear: f64::INFINITY })
+    let mut room = [[BEYOND * a, a], [BEYOND * b, b]];
+    if mark.inverted {
+        // The first axis runs against the last side, the second one along the next.
+        room = [[room[1][1], room[1][0]], room[0]];
+    }
+    let axes = axes(next, last, !mark.inverted);
+    Some(Place { px: c(0), sigma_px: 0.0, axes, room: Some(room), side: mark.side_px(), clear: f64::INFINITY })
 }
 
 /// Adds the saddles between the marks; returns the level in which they were found.
@@ -239,7 +297,7 @@ fn between(levels: &[Cow<'_, Plane<u8>>], frames: &[Frame], places: &mut Vec<Pla
         }
         let saddle = Saddle::at(&part, ring, [x, y], local);
         if let Some(s) = saddle.filter(|s| s.quality >= QUALITY && s.contrast >= 2.0 * noise + 3.0) {
-            places.push(Place { px, axes: s.axes, room: None, side, clear: clear.max(CLEAR.1) });
+            places.push(Place { px, sigma_px: 0.0, axes: s.axes, room: None, side, clear: clear.max(CLEAR.1) });
         }
     }
     level
