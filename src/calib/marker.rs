@@ -15,6 +15,7 @@ pub mod board;
 mod charuco;
 mod crossings;
 pub mod dictionary;
+pub mod guess;
 mod outline;
 mod place;
 mod quads;

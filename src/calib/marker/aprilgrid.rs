@@ -76,7 +76,9 @@ impl AprilGrid {
             let nearest = sighting
                 .crossings
                 .iter()
-                .filter(|c| if m.inverted { black(c.black) <= 1.0 - COLOURS } else { black(c.black) >= COLOURS })
+                .filter(
+                    |c| if m.inverted { black(c.black) <= 1.0 - COLOURS } else { black(c.black) >= COLOURS },
+                )
                 .map(|c| ((c.px - px).norm(), c))
                 .filter(|n| n.0 <= allowed)
                 .min_by(|a, b| a.0.total_cmp(&b.0));

@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector2};
 use serde::{Deserialize, Serialize};
 
-pub use super::{aprilgrid::AprilGrid, aruco_grid::ArucoGrid, charuco::Charuco};
 use super::{Sighting, dictionary::Dictionary};
+pub use super::{aprilgrid::AprilGrid, aruco_grid::ArucoGrid, charuco::Charuco};
 use crate::calib::observation::Corner;
 
 /// A board made of markers. Its frame is that of all boards: x along the columns, y along the rows (down, as the board is read),
@@ -92,7 +92,8 @@ pub(super) fn nothing(sighting: &Sighting, layout: &Layout) -> Located {
     };
     let other_border = [1, 2].into_iter().find(|b| *b != layout.border && of_border(*b) >= 2);
     let ids = layout.first_id..layout.first_id + layout.marks.len() as u32;
-    let foreign = sighting.marks.iter().filter_map(|m| m.identify(d)).filter(|i| !ids.contains(&i.id)).count();
+    let foreign =
+        sighting.marks.iter().filter_map(|m| m.identify(d)).filter(|i| !ids.contains(&i.id)).count();
     let why = if marks == 0 {
         "no markers were found: the border of a marker must be black all around on white (or white on black), at least 12 px wide and sharp"
             .to_owned()
@@ -103,9 +104,15 @@ pub(super) fn nothing(sighting: &Sighting, layout: &Layout) -> Located {
     } else if let Some(b) = other_border {
         format!("the markers have a border of {b} cells, not of {}: say so", layout.border)
     } else if foreign >= 2 {
-        format!("{foreign} markers of {d} are not among ids {} to {}: the board is another one", ids.start, ids.end - 1)
+        format!(
+            "{foreign} markers of {d} are not among ids {} to {}: the board is another one",
+            ids.start,
+            ids.end - 1
+        )
     } else {
-        format!("none of {marks} squares that look like markers is of {d} in the right place: try another dictionary")
+        format!(
+            "none of {marks} squares that look like markers is of {d} in the right place: try another dictionary"
+        )
     };
     Located { why, ..Located::default() }
 }

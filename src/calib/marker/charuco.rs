@@ -77,7 +77,8 @@ impl Charuco {
     pub fn locate(&self, sighting: &Sighting) -> Located {
         let both = self.legacy.is_none() && self.rows.is_multiple_of(2);
         let first = self.legacy.unwrap_or(false);
-        let (mut best, other) = (self.locate_as(sighting, first), both.then(|| self.locate_as(sighting, true)));
+        let (mut best, other) =
+            (self.locate_as(sighting, first), both.then(|| self.locate_as(sighting, true)));
         if let Some(other) = other {
             let score = |l: &Located| (l.markers, l.corners.len());
             if score(&other) == score(&best) && !best.corners.is_empty() {
@@ -86,7 +87,8 @@ impl Charuco {
                     .to_owned();
             } else if score(&other) > score(&best) {
                 best = other;
-                best.notes.push("the layout is the one before OpenCV 4.6: the first square is white".to_owned());
+                best.notes
+                    .push("the layout is the one before OpenCV 4.6: the first square is white".to_owned());
             }
         }
         best
@@ -129,7 +131,8 @@ impl Charuco {
             // The square before the corner, up and to the left, and the one below that.
             let white = self.is_white(index % columns, index / columns, legacy) != inverted;
             let black = apply(&h, &(point + Vector2::new(half, if white { -half } else { half }))) - at;
-            let steps = [Vector2::new(half, 0.0), Vector2::new(0.0, half)].map(|d| (apply(&h, &(point + d)) - at).norm());
+            let steps = [Vector2::new(half, 0.0), Vector2::new(0.0, half)]
+                .map(|d| (apply(&h, &(point + d)) - at).norm());
             let allowed = (OFF.0 * 2.0 * steps[0].min(steps[1])).max(OFF.1);
             let nearest = sighting
                 .crossings
@@ -145,9 +148,10 @@ impl Charuco {
                 used[i] = Some((index, off));
             }
         }
-        let taken = used.iter().zip(&sighting.crossings).filter_map(|(u, c)| {
-            u.map(|(index, _)| Corner { index, px: c.px, sigma_px: c.sigma_px })
-        });
+        let taken = used
+            .iter()
+            .zip(&sighting.crossings)
+            .filter_map(|(u, c)| u.map(|(index, _)| Corner { index, px: c.px, sigma_px: c.sigma_px }));
         let mut corners: Vec<Corner> = taken.collect();
         corners.sort_by_key(|c| c.index);
         corners

@@ -56,7 +56,7 @@ const CLEAR: (f64, f64) = (0.75, 1.6);
 const MOVE: f64 = 0.3;
 const MOVE_PX: f64 = 3.0;
 /// What a fit may leave, relative to half the contrast.
-const LEFT: f64 = 0.3;
+const LEFT: f64 = 0.36;
 
 /// A place that may be a crossing.
 #[derive(Clone, Copy)]
@@ -119,10 +119,8 @@ pub(super) fn crossings<T: Sample>(
         let fits = links.fit(picture, &found);
         found = accepted(&found, &links, &fits);
     }
-    let mut found: Vec<Crossing> = found
-        .iter()
-        .map(|p| Crossing { px: p.px, sigma_px: p.sigma_px, black: p.black() })
-        .collect();
+    let mut found: Vec<Crossing> =
+        found.iter().map(|p| Crossing { px: p.px, sigma_px: p.sigma_px, black: p.black() }).collect();
     found.sort_by(|a, b| a.px.y.total_cmp(&b.px.y).then(a.px.x.total_cmp(&b.px.x)));
     found.dedup_by(|b, a| (a.px - b.px).norm() < 1.0);
     found
@@ -131,9 +129,13 @@ pub(super) fn crossings<T: Sample>(
 /// The places that are crossings, moved to where the fit has them.
 fn accepted(places: &[Place], links: &Links, fits: &[Fit]) -> Vec<Place> {
     let good = |(i, (p, f)): (usize, (&Place, &Fit))| {
-        let stayed = (f.px - p.px).norm() < (MOVE * links.shortest(i, places)).min(MOVE_PX.max(0.06 * p.side));
-        (f.ok && stayed && f.sigma_gray <= LEFT * f.amplitude.abs())
-            .then(|| Place { px: f.px, sigma_px: f.sigma_px(), ..*p })
+        let stayed =
+            (f.px - p.px).norm() < (MOVE * links.shortest(i, places)).min(MOVE_PX.max(0.06 * p.side));
+        (f.ok && stayed && f.sigma_gray <= LEFT * f.amplitude.abs()).then(|| Place {
+            px: f.px,
+            sigma_px: f.sigma_px(),
+            ..*p
+        })
     };
     places.iter().zip(fits).enumerate().filter_map(good).collect()
 }
@@ -246,7 +248,14 @@ fn touched(picture: &Plane<u8>, mark: &Mark, k: usize) -> Option<Place> {
         room = [[room[1][1], room[1][0]], room[0]];
     }
     let axes = axes(next, last, !mark.inverted);
-    Some(Place { px: c(0), sigma_px: 0.0, axes, room: Some(room), side: mark.side_px(), clear: f64::INFINITY })
+    Some(Place {
+        px: c(0),
+        sigma_px: 0.0,
+        axes,
+        room: Some(room),
+        side: mark.side_px(),
+        clear: f64::INFINITY,
+    })
 }
 
 /// Adds the saddles between the marks; returns the level in which they were found.
@@ -297,7 +306,14 @@ fn between(levels: &[Cow<'_, Plane<u8>>], frames: &[Frame], places: &mut Vec<Pla
         }
         let saddle = Saddle::at(&part, ring, [x, y], local);
         if let Some(s) = saddle.filter(|s| s.quality >= QUALITY && s.contrast >= 2.0 * noise + 3.0) {
-            places.push(Place { px, sigma_px: 0.0, axes: s.axes, room: None, side, clear: clear.max(CLEAR.1) });
+            places.push(Place {
+                px,
+                sigma_px: 0.0,
+                axes: s.axes,
+                room: None,
+                side,
+                clear: clear.max(CLEAR.1),
+            });
         }
     }
     level

@@ -112,7 +112,7 @@ impl Dictionary {
     }
 
     /// The dictionaries that hold all others.
-    fn families() -> impl Iterator<Item = Self> {
+    pub(super) fn families() -> impl Iterator<Item = Self> {
         let shares = |a: &Spec, b: &Spec| a.first.is_some() && a.first == b.first && a.len < b.len;
         Self::all().filter(move |d| !SPECS.iter().any(|s| shares(d.spec(), s)))
     }

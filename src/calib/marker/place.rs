@@ -84,7 +84,8 @@ pub(super) fn place(sighting: &Sighting, layout: &Layout) -> Option<Group> {
         list
     };
     let strict = |list: &[Node]| list.iter().filter(|n| n.strict).count();
-    let best = (0..nodes.len()).filter(|i| roots[*i] == *i).map(members).max_by_key(|l| (strict(l), l.len()))?;
+    let best =
+        (0..nodes.len()).filter(|i| roots[*i] == *i).map(members).max_by_key(|l| (strict(l), l.len()))?;
     let own = strict(&best);
     (own > 0).then(|| Group {
         certain: own >= 2 || layout.dictionary.chance(layout.dictionary.corrected()) < CERTAIN,
@@ -153,7 +154,8 @@ pub(super) struct Nearby<'a> {
 
 impl<'a> Nearby<'a> {
     pub(super) fn new(layout: &'a Layout, marks: &'a [Placed]) -> Self {
-        let centers = marks.iter().map(|m| layout.marks[m.place].iter().sum::<Vector2<f64>>() / 4.0).collect();
+        let centers =
+            marks.iter().map(|m| layout.marks[m.place].iter().sum::<Vector2<f64>>() / 4.0).collect();
         Self { layout, marks, centers }
     }
 

@@ -115,7 +115,13 @@ impl Crossing {
         }
         for k in 0..2 {
             let rows = self.reach(k, options.arm, COARSE_ARM, blocks[k]);
-            let extent = Extent { rows, blocks: blocks[k], slide: self.slide(k, blocks[k]), every: 2, clear: self.clear(k) };
+            let extent = Extent {
+                rows,
+                blocks: blocks[k],
+                slide: self.slide(k, blocks[k]),
+                every: 2,
+                clear: self.clear(k),
+            };
             strips[k].gather(picture, self.origin, &self.edges[k], &extent);
         }
         self.first_step(strips)?;
@@ -192,7 +198,8 @@ impl Crossing {
             let half = (STRIP_HALF_WIDTH * e.sd() + 0.6).min(0.5 * self.nearest(1 - k) / e.cos());
             let blocks = ((half / (LANES / 2) as f32).ceil() as usize).clamp(1, MAX_BLOCKS);
             let rows = self.reach(k, options.arm, options.longest_arm_px, blocks);
-            let extent = Extent { rows, blocks, slide: self.slide(k, blocks), every: 1, clear: self.clear(k) };
+            let extent =
+                Extent { rows, blocks, slide: self.slide(k, blocks), every: 1, clear: self.clear(k) };
             strips[k].gather(picture, self.origin, e, &extent);
         }
     }
