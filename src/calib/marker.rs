@@ -106,6 +106,8 @@ const CONTRAST: (f32, f32) = (10.0, 5.0);
 const SMALLEST_LEVEL: usize = 24;
 /// How far the hull of a region may lie off the sides, px of its level.
 const REACH: f64 = 2.6;
+/// A side that was moved by more at its ends is fitted again, px.
+const AGAIN: f64 = 1.5;
 /// Places of two marks that are one: distance of the middles and ratio of the sides.
 const SAME: (f64, f64) = (0.35, 1.35);
 
@@ -155,7 +157,11 @@ fn mark<T: Sample>(
     quad: &Quad,
     contrast: f32,
 ) -> Option<Mark> {
-    let rough = Outline::fit(&*levels[k], &quad.corners, quad.dark, REACH)?;
+    let mut rough = Outline::fit(&*levels[k], &quad.corners, quad.dark, REACH)?;
+    // Blur rounds corners off, so the first sides may be askew: again from where they meet.
+    if (0..4).any(|i| (rough.corners[i] - quad.corners[i]).norm() > AGAIN) {
+        rough = Outline::fit(&*levels[k], &rough.corners, quad.dark, REACH)?;
+    }
     // Cells are read where they are a few pixels large: less noise, and no sample between two pixels.
     let rough_side = side(&rough.corners);
     let more = read::halvings(rough_side).min(levels.len() - 1 - k);

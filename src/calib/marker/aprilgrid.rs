@@ -67,7 +67,7 @@ impl AprilGrid {
 
     /// The corners that a picture shows: each the crossing of four squares, and where that cannot be measured, of the two sides.
     pub fn locate(&self, sighting: &Sighting) -> Located {
-        let measure = |m: &Placed, k: usize| {
+        let measure = |m: &Placed, k: usize, stray: bool| {
             let px = m.corners[k];
             let diagonal = m.corners[(k + 2) % 4] - px;
             let allowed = (OFF.0 * 0.7 * diagonal.norm()).max(OFF.1);
@@ -82,7 +82,8 @@ impl AprilGrid {
                 .map(|c| ((c.px - px).norm(), c))
                 .filter(|n| n.0 <= allowed)
                 .min_by(|a, b| a.0.total_cmp(&b.0));
-            Some(nearest.map_or((px, m.sigma_px[k]), |(_, c)| (c.px, c.sigma_px)))
+            let by_sides = (!stray).then_some((px, m.sigma_px[k]));
+            nearest.map(|(_, c)| (c.px, c.sigma_px)).or(by_sides)
         };
         corners_of_marks(sighting, &self.layout(), [1, 0, 3, 2], measure)
     }

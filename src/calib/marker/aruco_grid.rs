@@ -7,7 +7,7 @@ use super::{
     Sighting,
     board::{Layout, Located, nothing, square},
     dictionary::Dictionary,
-    place::{Placed, place},
+    place::{Nearby, Placed, place},
 };
 use crate::calib::observation::Corner;
 
@@ -46,25 +46,28 @@ impl ArucoGrid {
     /// The corners that a picture shows.
     pub fn locate(&self, sighting: &Sighting) -> Located {
         let layout = self.layout();
-        let by_mark = |m: &Placed, k: usize| Some((m.corners[k], m.sigma_px[k]));
+        let by_mark = |m: &Placed, k: usize, stray: bool| (!stray).then_some((m.corners[k], m.sigma_px[k]));
         corners_of_marks(sighting, &layout, [0, 1, 2, 3], by_mark)
     }
 }
 
-/// Corners of recognised markers: corner k of a code is number `order[k]` of its place, and `measure` says where it is.
+/// Corners of recognised markers: corner k of a code is number `order[k]` of its place, and `measure` says where it is; its last argument is
+/// whether the marker lies off the others.
 pub(super) fn corners_of_marks(
     sighting: &Sighting,
     layout: &Layout,
     order: [u32; 4],
-    measure: impl Fn(&Placed, usize) -> Option<(Vector2<f64>, f64)>,
+    measure: impl Fn(&Placed, usize, bool) -> Option<(Vector2<f64>, f64)>,
 ) -> Located {
     let Some(group) = place(sighting, layout).filter(|g| g.certain) else { return nothing(sighting, layout) };
+    let strays = Nearby::new(layout, &group.marks).strays();
     let mut corners: Vec<Corner> = group
         .marks
         .iter()
-        .flat_map(|m| (0..4).map(move |k| (m, k)))
-        .filter_map(|(m, k)| {
-            let (px, sigma_px) = measure(m, k)?;
+        .zip(&strays)
+        .flat_map(|(m, stray)| (0..4).map(move |k| (m, k, *stray)))
+        .filter_map(|(m, k, stray)| {
+            let (px, sigma_px) = measure(m, k, stray)?;
             Some(Corner { index: 4 * m.place as u32 + order[k], px, sigma_px })
         })
         .collect();

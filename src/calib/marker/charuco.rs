@@ -75,21 +75,36 @@ impl Charuco {
 
     /// The corners that a picture shows.
     pub fn locate(&self, sighting: &Sighting) -> Located {
-        let both = self.legacy.is_none() && self.rows.is_multiple_of(2);
         let first = self.legacy.unwrap_or(false);
-        let (mut best, other) =
-            (self.locate_as(sighting, first), both.then(|| self.locate_as(sighting, true)));
-        if let Some(other) = other {
-            let score = |l: &Located| (l.markers, l.corners.len());
-            if score(&other) == score(&best) && !best.corners.is_empty() {
+        let mut best = self.locate_as(sighting, first);
+        if !self.rows.is_multiple_of(2) {
+            return best; // both layouts are the same
+        }
+        let other = self.locate_as(sighting, !first);
+        let score = |l: &Located| (l.markers, l.corners.len());
+        match self.legacy {
+            // Of the wrong layout the markers of one row agree, those of several do not.
+            Some(_) if other.markers > best.markers + 1 => {
+                best.why = format!(
+                    "{} markers fit the layout {} and {} this one: say the other layout, or none",
+                    other.markers,
+                    if first { "of OpenCV 4.6 and later" } else { "before OpenCV 4.6" },
+                    best.markers
+                );
+                best.corners.clear();
+            }
+            Some(_) => {}
+            None if score(&other) == score(&best) && !best.corners.is_empty() => {
                 best.corners.clear();
                 best.why = "too little of the board is seen to tell the layout of OpenCV 4.6 and later from the one before it: say which"
                     .to_owned();
-            } else if score(&other) > score(&best) {
+            }
+            None if score(&other) > score(&best) => {
                 best = other;
                 best.notes
                     .push("the layout is the one before OpenCV 4.6: the first square is white".to_owned());
             }
+            None => {}
         }
         best
     }

@@ -103,22 +103,23 @@ pub(super) fn crossings<T: Sample>(
             ..*p
         };
         let small: Vec<Place> = places.iter().map(to_level).collect();
-        for (place, fit) in places.iter_mut().zip(links.fit(&*levels[level], &small)) {
+        for (place, fit) in places.iter_mut().zip(links.fit(&*levels[level], &small, false)) {
             if fit.ok {
                 place.px = fit.px.map(|v| (v + 0.5) * scale - 0.5);
             }
         }
         links = Links::of(&places);
     }
-    let fits = links.fit(picture, &places);
-    let mut found = accepted(&places, &links, &fits);
+    let mut found = accepted(&places, &links, &links.fit(picture, &places, false));
     let more = predicted(marks, &frames, &found);
     if !more.is_empty() {
         found.extend(more);
         let links = Links::of(&found);
-        let fits = links.fit(picture, &found);
-        found = accepted(&found, &links, &fits);
+        found = accepted(&found, &links, &links.fit(picture, &found, false));
     }
+    // What was no crossing must not tell the others their curvature, so once more without it.
+    let links = Links::of(&found);
+    let found = accepted(&found, &links, &links.fit(picture, &found, true));
     let mut found: Vec<Crossing> =
         found.iter().map(|p| Crossing { px: p.px, sigma_px: p.sigma_px, black: p.black() }).collect();
     found.sort_by(|a, b| a.px.y.total_cmp(&b.px.y).then(a.px.x.total_cmp(&b.px.x)));
@@ -149,6 +150,8 @@ fn predicted(marks: &[Mark], frames: &[Frame], found: &[Place]) -> Vec<Place> {
         .collect();
     margins.sort_by(f64::total_cmp);
     let Some(margin) = margins.get(margins.len() / 2).copied() else { return Vec::new() };
+    let clear =
+        |px| (CLEAR.0 * frames.iter().map(|f| f.beside_px(px)).fold(f64::INFINITY, f64::min)).max(CLEAR.1);
     let mut more: Vec<Place> = Vec::new();
     for mark in marks {
         for k in 0..4 {
@@ -170,7 +173,7 @@ fn predicted(marks: &[Mark], frames: &[Frame], found: &[Place]) -> Vec<Place> {
                     axes: axes(c(1) - c(0), c(3) - c(0), mark.inverted),
                     room: None,
                     side,
-                    clear: (CLEAR.0 * margin * side).max(CLEAR.1),
+                    clear: clear(px),
                 }),
             }
         }
@@ -199,6 +202,7 @@ fn unite(places: &mut Vec<Place>) {
 struct Frame {
     center: Vector2<f64>,
     side: f64,
+    corners: [Vector2<f64>; 4],
     square_from_picture: Matrix3<f64>,
 }
 
@@ -216,6 +220,18 @@ impl Frame {
         let off = |o: f64| (-0.1..0.8).contains(&o);
         if off(out[0]) && off(out[1]) { out[0].min(out[1]).max(0.0) } else { f64::INFINITY }
     }
+
+    /// The same distance, px.
+    fn beside_px(&self, px: Vector2<f64>) -> f64 {
+        if self.beside(px).is_infinite() {
+            return f64::INFINITY;
+        }
+        let distance = |k: usize| {
+            let (a, b) = (self.corners[k], self.corners[(k + 1) % 4]);
+            (b - a).perp(&(px - a)).abs() / (b - a).norm()
+        };
+        (0..4).map(distance).fold(f64::INFINITY, f64::min)
+    }
 }
 
 fn frames(marks: &[Mark]) -> Option<Vec<Frame>> {
@@ -223,7 +239,7 @@ fn frames(marks: &[Mark]) -> Option<Vec<Frame>> {
         .iter()
         .filter_map(|m| {
             let square_from_picture = square_to(&m.corners)?.try_inverse()?;
-            Some(Frame { center: m.center(), side: m.side_px(), square_from_picture })
+            Some(Frame { center: m.center(), side: m.side_px(), corners: m.corners, square_from_picture })
         })
         .collect();
     (!list.is_empty()).then_some(list)
@@ -296,7 +312,7 @@ fn between(levels: &[Cow<'_, Plane<u8>>], frames: &[Frame], places: &mut Vec<Pla
         let (mut covered, mut clear) = (false, f64::INFINITY);
         for f in near {
             covered |= f.covers(px);
-            clear = clear.min(CLEAR.0 * f.beside(px) * f.side);
+            clear = clear.min(CLEAR.0 * f.beside_px(px));
             side = Some(side.map_or(f.side, |s: f64| s.min(f.side)));
         }
         let Some(side) = side.filter(|_| !covered) else { continue };
@@ -390,7 +406,8 @@ impl Links {
         self.rooms(i, places).into_iter().flatten().fold(f64::INFINITY, f64::min)
     }
 
-    fn fit<T: Sample>(&self, picture: &Plane<T>, places: &[Place]) -> Vec<Fit> {
+    /// Fits all places; `board_terms`: with the curvature and the gradients that their neighbours show.
+    fn fit<T: Sample>(&self, picture: &Plane<T>, places: &[Place], board_terms: bool) -> Vec<Fit> {
         let starts: Vec<Start> =
             places.iter().zip(&self.neighbours).map(|(p, n)| Start { px: p.px, neighbours: *n }).collect();
         let arms: Vec<Option<Arms>> = (0..places.len())
@@ -407,7 +424,8 @@ impl Links {
                 Some(Arms { along: steps, room_px: self.rooms(i, places), clear_px: places[i].clear })
             })
             .collect();
-        refine_with(picture, &starts, &arms, &strip::Options::default())
+        let options = strip::Options { board_terms, ..strip::Options::default() };
+        refine_with(picture, &starts, &arms, &options)
     }
 }
 

@@ -63,19 +63,14 @@ pub fn guess(sightings: &[Sighting]) -> Guess {
         return Guess { board: None, certain: false, considered };
     };
     let steps = steps(&marks);
-    let largest = marks.iter().map(|m| m.id).max().unwrap_or(0);
-    let dictionary = smallest(family, largest);
-    if dictionary != family {
-        considered.push(format!("{dictionary}: the smallest dictionary that has all ids up to {largest}"));
-    }
     let Some((diagonal, step)) = lattice(&marks, &steps) else {
         considered.push("the markers have no neighbours to tell the board from".to_owned());
         return Guess { board: None, certain: false, considered };
     };
     let found = if diagonal {
-        charuco(&steps, step, dictionary, border, largest, &mut considered)
+        charuco(&steps, step, family, border, &mut considered)
     } else {
-        grid(sightings, &marks, &steps, step, dictionary, border, largest, &mut considered)
+        grid(sightings, &marks, &steps, step, family, border, &mut considered)
     };
     match found {
         Some((board, certain)) => Guess { board: Some(board), certain, considered },
@@ -128,10 +123,27 @@ fn named(sightings: &[Sighting], dictionary: Dictionary, border: u8) -> Vec<Name
 }
 
 /// The smallest dictionary of a family that has an id.
-fn smallest(family: Dictionary, largest: u32) -> Dictionary {
+fn smallest(family: Dictionary, largest: u32, considered: &mut Vec<String>) -> Dictionary {
     let same =
         |d: &Dictionary| d.code(0) == family.code(0) && d.cells() == family.cells() && d.len() > largest;
-    Dictionary::all().filter(same).min_by_key(|d| d.len()).unwrap_or(family)
+    let found = Dictionary::all().filter(same).min_by_key(|d| d.len()).unwrap_or(family);
+    if found != family {
+        considered
+            .push(format!("{found}: the smallest dictionary of its family that has all ids up to {largest}"));
+    }
+    found
+}
+
+/// Column and row of a marker on a ChArUco board of so many columns.
+fn square_of(id: u32, columns: u32, legacy: bool) -> [i64; 2] {
+    let (pair, rest) = (id / columns, id % columns);
+    let first = (columns + u32::from(legacy)) / 2;
+    let (row, column) = if rest < first {
+        (2 * pair, 2 * rest + u32::from(!legacy))
+    } else {
+        (2 * pair + 1, 2 * (rest - first) + u32::from(legacy))
+    };
+    [column, row].map(i64::from)
 }
 
 fn steps(marks: &[Named]) -> Vec<Step> {
@@ -218,9 +230,8 @@ fn round(ratio: f64, considered: &mut Vec<String>, what: &str) -> f64 {
 fn charuco(
     steps: &[Step],
     step: f64,
-    dictionary: Dictionary,
+    family: Dictionary,
     border: u8,
-    largest: u32,
     considered: &mut Vec<String>,
 ) -> Option<(MarkerBoard, bool)> {
     let Some((columns, share)) = change(steps, step, [0, 2]).filter(|c| (2..=1000).contains(&c.0)) else {
@@ -231,50 +242,43 @@ fn charuco(
         return None;
     };
     let columns = columns as u32;
-    let marker = round(1.0 / step, considered, "marker / square");
-    let board = |rows: u32, legacy: bool| Charuco {
+    let marker = round(1.0 / step, considered, "marker / square").min(0.99);
+    // Which layout explains more steps, and the largest id in them: a lone id may be chance.
+    let explained = |legacy: bool| {
+        let steps = whole(steps, step).filter(|(s, v)| {
+            let [a, b] = [s.from, s.to].map(|id| square_of(id, columns, legacy));
+            [b[0] - a[0], b[1] - a[1]] == v.map(i64::from)
+        });
+        steps.fold((0, 0), |(n, id): (usize, u32), (s, _)| (n + 1, id.max(s.from).max(s.to)))
+    };
+    let (new, old) = (explained(false), explained(true));
+    let legacy = old.0 > new.0;
+    let (agree, largest) = if legacy { old } else { new };
+    considered.push(format!(
+        "the layout of OpenCV 4.6 and later explains {} steps between markers, the one before {}",
+        new.0, old.0
+    ));
+    let dictionary = smallest(family, largest, considered);
+    // The first square can be white where rows are even only.
+    let board = |rows: u32| Charuco {
         columns,
         rows,
         square: 1.0,
-        marker: marker.min(0.99),
+        marker,
         dictionary,
         border,
         first_id: 0,
         legacy: Some(legacy),
     };
-    // The fewest rows that have the largest id; the old layout differs where rows are even only.
-    let rows = |legacy: bool| {
-        (2..=1000)
-            .filter(|r| !legacy || r % 2 == 0)
-            .find(|r| board(*r, legacy).layout(legacy).marks.len() > largest as usize)
-    };
-    let mut best: Option<(usize, Charuco, usize)> = None;
-    for legacy in [false, true] {
-        let Some(rows) = rows(legacy) else { continue };
-        let board = board(rows, legacy);
-        let layout = board.layout(legacy);
-        let at = |id: u32| layout.marks.get(id as usize).map(|m| m[0]);
-        let agree = whole(steps, step).filter(|(s, v)| {
-            let by = at(s.to).zip(at(s.from)).map(|(b, a)| (b - a).map(f64::round));
-            by.is_some_and(|b| b == Vector2::new(f64::from(v[0]), f64::from(v[1])))
-        });
-        let agree = agree.count();
-        if best.as_ref().is_none_or(|b| agree > b.0) {
-            if let Some((n, ..)) = best {
-                considered.push(format!("the layout of OpenCV 4.6 and later explains {n} steps between markers, the one before {agree}"));
-            }
-            best = Some((agree, board, layout.marks.len()));
-        }
-    }
-    let (agree, board, markers) = best?;
-    let total = whole(steps, step).count();
-    let all_seen = markers == largest as usize + 1;
+    let markers = |rows: u32| board(rows).layout(legacy).marks.len() as u32;
+    let rows = (2..=1000).filter(|r| !legacy || r % 2 == 0).find(|r| markers(*r) > largest)?;
+    let all_seen = markers(rows) == largest + 1;
     if !all_seen {
-        considered
-            .push(format!("{} rows: ids up to {largest} were seen, there may be more rows", board.rows));
+        considered.push(format!("{rows} rows: ids up to {largest} were seen, there may be more rows"));
     }
+    let total = whole(steps, step).count();
     let certain = all_seen && share >= CLEAR && agree as f64 >= CLEAR * total as f64;
-    Some((MarkerBoard::Charuco(board), certain))
+    Some((MarkerBoard::Charuco(board(rows)), certain))
 }
 
 fn grid(
@@ -282,17 +286,22 @@ fn grid(
     marks: &[Named],
     steps: &[Step],
     step: f64,
-    dictionary: Dictionary,
+    family: Dictionary,
     border: u8,
-    largest: u32,
     considered: &mut Vec<String>,
 ) -> Option<(MarkerBoard, bool)> {
     let ((across, share), (down, share_down)) = (change(steps, step, [1, 0])?, change(steps, step, [0, 1])?);
     let columns = down.unsigned_abs() as u32;
     if across.abs() != 1 || !(1..=1000).contains(&columns) {
-        considered.push(format!("a grid of {dictionary} whose ids change by {across} across and {down} down: not one of the known layouts"));
+        considered.push(format!("a grid of {family} whose ids change by {across} across and {down} down: not one of the known layouts"));
         return None;
     }
+    let agrees = |s: &Step, v: [i32; 2]| {
+        i64::from(s.to) - i64::from(s.from) == across * i64::from(v[0]) + down * i64::from(v[1])
+    };
+    let largest =
+        whole(steps, step).filter(|(s, v)| agrees(s, *v)).map(|(s, _)| s.from.max(s.to)).max().unwrap_or(0);
+    let dictionary = smallest(family, largest, considered);
     let touched = marks.iter().flat_map(|m| m.corners.iter().map(move |c| (m, c))).filter(|(m, c)| {
         let near = |x: &super::Crossing| (x.px - **c).norm() < (0.1 * m.side).max(1.5);
         sightings.get(m.picture).is_some_and(|s| s.crossings.iter().any(near))

@@ -157,7 +157,8 @@ fn steepest<T: Sample>(
     let gradient = |j: usize| v[j + 1] - v[j - 1];
     let best = (2..n - 2).max_by(|a, b| gradient(*a).total_cmp(&gradient(*b)))?;
     let [a, b, c] = [best - 1, best, best + 1].map(gradient);
-    if b <= 0.0 {
+    // At the end of the way the steepest place may lie beyond.
+    if b <= 0.0 || (best == 2 && a > b) || (best == n - 3 && c > b) {
         return None;
     }
     let bend = a - 2.0 * b + c;

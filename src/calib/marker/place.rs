@@ -39,6 +39,13 @@ const OFF: (f64, f64) = (0.2, 0.14);
 /// A single marker counts where chance hits the dictionary less often.
 const CERTAIN: f64 = 1e-4;
 
+/// How far a corner may lie from where the marks around have it, in half diagonals, px, and multiples of what they leave; how far
+/// those may be, in sides.
+const STRAY: (f64, f64, f64) = (0.1, 1.5, 4.0);
+/// How much farther at the rim, where the others are on one side and say less.
+const RIM: f64 = 1.5;
+const STRAY_REACH: f64 = 2.6;
+
 #[derive(Clone, Copy)]
 struct Node {
     placed: Placed,
@@ -161,12 +168,56 @@ impl<'a> Nearby<'a> {
 
     /// The homography near a point of the board, from at most four markers that are not farther than `reach` (in its unit).
     pub(super) fn homography(&self, point: Vector2<f64>, reach: f64) -> Option<Matrix3<f64>> {
+        self.homography_without(point, reach, |_| false).map(|h| h.0)
+    }
+
+    /// Marks whose corners do not lie where those around them have them, the worst first: something lies over a side.
+    pub(super) fn strays(&self) -> Vec<bool> {
+        let mut stray = vec![false; self.marks.len()];
+        let mut doubtful: Vec<usize> = (0..self.marks.len()).filter(|i| self.off(*i, &stray) > 1.0).collect();
+        // Without the worst one others may be right.
+        loop {
+            let off = doubtful.iter().enumerate().map(|(n, i)| (self.off(*i, &stray), n));
+            match off.max_by(|a, b| a.0.total_cmp(&b.0)) {
+                Some((off, n)) if off > 1.0 => stray[doubtful.swap_remove(n)] = true,
+                _ => return stray,
+            }
+        }
+    }
+
+    /// How far the corners of a mark lie from where those around have them, as a share of what is allowed.
+    fn off(&self, i: usize, stray: &[bool]) -> f64 {
+        let (place, corners) = (self.layout.marks[self.marks[i].place], self.marks[i].corners);
+        let unit = (place[1] - place[0]).norm();
+        let left_out = |j: usize| j == i || stray[j];
+        let Some((h, bent)) = self.homography_without(self.centers[i], STRAY_REACH * unit, left_out) else {
+            return 0.0;
+        };
+        let beside = |k: usize, sign: f64| {
+            let ahead = |j: usize| sign * (self.centers[j][k] - self.centers[i][k]);
+            let near = |j: usize| ahead(j) > 0.5 * unit && ahead(j) < STRAY_REACH * unit;
+            (0..self.marks.len()).any(|j| !stray[j] && near(j))
+        };
+        let inside = [0, 1].iter().all(|k| beside(*k, 1.0) && beside(*k, -1.0));
+        let side = 0.5 * (corners[2] - corners[0]).norm().min((corners[3] - corners[1]).norm());
+        // What a homography of those around leaves, a bent lens leaves here too.
+        let allowed = ((STRAY.0 * side).max(STRAY.1) + STRAY.2 * bent) * if inside { 1.0 } else { RIM };
+        let off = place.iter().zip(&corners).map(|(p, q)| (apply(&h, p) - q).norm());
+        off.fold(0.0, f64::max) / allowed
+    }
+
+    fn homography_without(
+        &self,
+        point: Vector2<f64>,
+        reach: f64,
+        left_out: impl Fn(usize) -> bool,
+    ) -> Option<(Matrix3<f64>, f64)> {
         let mut near: Vec<(f64, usize)> = self
             .centers
             .iter()
             .enumerate()
             .map(|(i, c)| ((c - point).norm(), i))
-            .filter(|n| n.0 <= reach)
+            .filter(|n| n.0 <= reach && !left_out(n.1))
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         near.truncate(4);
@@ -176,6 +227,6 @@ impl<'a> Nearby<'a> {
             image.extend(self.marks[i].corners);
         }
         let options = homography::Options { ransac: false, ..homography::Options::default() };
-        homography::fit(&board, &image, options).map(|f| f.matrix)
+        homography::fit(&board, &image, options).map(|f| (f.matrix, f.rms_px))
     }
 }

@@ -32,7 +32,13 @@ fn every_tag_of_the_aprilgrids_is_found() {
     let board = AprilGrid { tag: 0.088, ..april(6, 6) };
     for (name, picture) in pictures("aprilgrid_tumvi_euroc") {
         let found = board.locate(&find(&picture));
-        assert_eq!((found.markers, found.corners.len()), (36, 144), "{name}: {} {:?}", found.why, found.notes);
+        assert_eq!(
+            (found.markers, found.corners.len()),
+            (36, 144),
+            "{name}: {} {:?}",
+            found.why,
+            found.notes
+        );
     }
 }
 
@@ -75,8 +81,15 @@ fn the_charuco_board_is_found_at_least_where_opencv_finds_it_and_guessed() {
 
 #[test]
 fn no_marker_is_invented() {
-    let sets = ["negatives", "opencv_left", "opencv_right", "udacity_lane", "caliscope_chess", "plantcv_gopro"];
-    let more = ["learning_opencv_phone", "camodocal_fisheye", "opencv_chess_misc", "opencv_circles", "opencv_acircles"];
+    let sets =
+        ["negatives", "opencv_left", "opencv_right", "udacity_lane", "caliscope_chess", "plantcv_gopro"];
+    let more = [
+        "learning_opencv_phone",
+        "camodocal_fisheye",
+        "opencv_chess_misc",
+        "opencv_circles",
+        "opencv_acircles",
+    ];
     let (mut marks, mut alone) = (0, 0);
     for set in sets.iter().chain(&more) {
         let pictures = pictures(set);
@@ -88,9 +101,18 @@ fn no_marker_is_invented() {
                 alone += sighting.marks.iter().filter(|m| m.identify(d).is_some()).count();
                 for border in [1, 2] {
                     let boards = [
-                        MarkerBoard::Charuco(Charuco { legacy: None, dictionary: d, border, ..charuco(10, 10, false) }),
+                        MarkerBoard::Charuco(Charuco {
+                            legacy: None,
+                            dictionary: d,
+                            border,
+                            ..charuco(10, 10, false)
+                        }),
                         MarkerBoard::AprilGrid(AprilGrid { dictionary: d, border, ..april(10, 10) }),
-                        MarkerBoard::ArucoGrid(ArucoGrid { dictionary: d, border, ..aruco(30, 30, "4x4_50") }),
+                        MarkerBoard::ArucoGrid(ArucoGrid {
+                            dictionary: d,
+                            border,
+                            ..aruco(30, 30, "4x4_50")
+                        }),
                     ];
                     for board in boards {
                         let found = board.locate(sighting);

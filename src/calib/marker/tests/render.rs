@@ -89,8 +89,11 @@ impl View {
         };
         let blurred = blur(&light, self.blur);
         blurred.map(|v| {
-            let noise =
-                if self.noise > 0.0 { ((0..12).map(|_| uniform()).sum::<f64>() - 6.0) * self.noise } else { 0.0 };
+            let noise = if self.noise > 0.0 {
+                ((0..12).map(|_| uniform()).sum::<f64>() - 6.0) * self.noise
+            } else {
+                0.0
+            };
             (f64::from(v) + noise + 0.5) as u8
         })
     }
