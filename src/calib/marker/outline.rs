@@ -16,6 +16,10 @@ const PLACES: std::ops::RangeInclusive<usize> = 6..=28;
 const LONG: f64 = 22.0;
 /// Share of the median gradient that a place needs.
 const WEAK: f32 = 0.3;
+/// Sum of the gradients beside the steepest place, relative to it, above which an edge is soft.
+const SOFT: f32 = 1.5;
+/// How much less a parabola must leave than a line.
+const BENT: f64 = 0.8;
 /// Share of the places of a side that must agree.
 const AGREE: f64 = 0.6;
 /// Smallest standard deviation of a place that is believed, px: samples round.
@@ -104,8 +108,13 @@ impl Side {
         steeps.sort_by(f32::total_cmp);
         let weak = WEAK * steeps.get(steeps.len() / 2)?;
         places.retain(|p| p.2 >= weak);
-        let bent = 2.0 * half >= LONG && places.len() >= 9;
-        let (abc, spread, agreeing) = parabola(&places, bent)?;
+        let may_bend = 2.0 * half >= LONG && places.len() >= 9;
+        let straight = parabola(&places, false)?;
+        let curved = if may_bend { parabola(&places, true) } else { None };
+        // A curvature that is not there costs accuracy at the ends.
+        let curved = curved.filter(|c| c.2 > straight.2 || c.1 < BENT * straight.1);
+        let bent = curved.is_some();
+        let (abc, spread, agreeing) = curved.unwrap_or(straight);
         if (agreeing as f64) < AGREE * n as f64 || agreeing < 4 {
             return None;
         }
@@ -161,8 +170,18 @@ fn steepest<T: Sample>(
     if b <= 0.0 || (best == 2 && a > b) || (best == n - 3 && c > b) {
         return None;
     }
-    let bend = a - 2.0 * b + c;
-    let vertex = if bend < 0.0 { (0.5 * (a - c) / bend).clamp(-0.6, 0.6) } else { 0.0 };
+    let vertex = if a.max(0.0) + c.max(0.0) > SOFT * b {
+        let bend = a - 2.0 * b + c;
+        if bend < 0.0 { (0.5 * (a - c) / bend).clamp(-0.6, 0.6) } else { 0.0 }
+    } else {
+        // A vertex of three samples leans to the pixel; the mean of a sharp edge's gradient does not.
+        let near = (best - 2).max(1)..=(best + 2).min(n - 2);
+        let (sum, moment) = near.fold((0.0, 0.0), |(s, m), j| {
+            let g = gradient(j).max(0.0);
+            (s + g, m + g * (j as f32 - best as f32))
+        });
+        moment / sum
+    };
     Some((best as f64 - half as f64 + f64::from(vertex), b))
 }
 

@@ -41,7 +41,7 @@ const CERTAIN: f64 = 1e-4;
 
 /// How far a corner may lie from where the marks around have it, in half diagonals, px, and multiples of what they leave; how far
 /// those may be, in sides.
-const STRAY: (f64, f64, f64) = (0.1, 1.5, 4.0);
+const STRAY: (f64, f64, f64) = (0.1, 1.5, 2.0);
 /// How much farther at the rim, where the others are on one side and say less.
 const RIM: f64 = 1.5;
 const STRAY_REACH: f64 = 2.6;
