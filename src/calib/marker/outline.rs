@@ -19,7 +19,7 @@ const WEAK: f32 = 0.3;
 /// Sum of the gradients beside the steepest place, relative to it, above which an edge is soft.
 const SOFT: f32 = 1.5;
 /// How much less a parabola must leave than a line.
-const BENT: f64 = 0.8;
+const BENT: f64 = 0.95;
 /// Share of the places of a side that must agree.
 const AGREE: f64 = 0.6;
 /// Smallest standard deviation of a place that is believed, px: samples round.

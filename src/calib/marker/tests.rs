@@ -173,6 +173,87 @@ fn hidden_corners_are_missing_not_wrong() {
         let found = board.locate(&find(&Gray::U8(picture)));
         let all = board.points().len();
         assert!(found.corners.len() < all && found.corners.len() > all / 2, "{}", found.corners.len());
+        let worst = errors(&board, &view, &found).into_iter().fold(0.0, f64::max);
+        println!("{}: {} of {all}, largest {worst:.3}", board.kind(), found.corners.len());
+        assert!(worst < 0.8, "{} {worst}", board.kind());
+    }
+}
+
+#[test]
+fn of_two_boards_the_larger_part_is_used_and_it_is_said() {
+    let board = MarkerBoard::AprilGrid(april(4, 3));
+    let view = View::new([640, 480], extent(&board), 55.0, 0.0, 20.0);
+    let one = view.render(white(&board));
+    // Beside it the same once more, its right part cut off.
+    let both = Plane::from_fn(900, 480, |x, y| if x < 600 { one.at(x, y) } else { one.at(x - 500, y) });
+    let found = board.locate(&find(&Gray::U8(both)));
+    assert_eq!(found.corners.len(), 48);
+    assert!(errors(&board, &view, &found).iter().all(|e| *e < 0.2));
+    assert!(found.notes.iter().any(|n| n.contains("two boards")), "{:?}", found.notes);
+}
+
+#[test]
+fn small_and_large_markers() {
+    // Twelve pixels a marker.
+    let small = MarkerBoard::ArucoGrid(aruco(6, 5, "4x4_50"));
+    let view = View { noise: 1.0, ..View::new([320, 240], extent(&small), 12.0, 9.0, 0.0) };
+    let found = small.locate(&look(&small, &view));
+    println!("12 px: {} of 30 markers", found.markers);
+    assert!(found.markers >= 28, "{}", found.markers);
+    // One that fills a picture of 24 megapixels, out of focus.
+    let large = MarkerBoard::ArucoGrid(aruco(1, 1, "36h11"));
+    let view = View { blur: 3.0, ..View::new([6000, 4000], Vector2::new(1.0, 1.0), 2500.0, 20.0, 20.0) };
+    whole(&large, &view, (0.3, 0.5), "2500 px");
+}
+
+#[test]
+fn deep_and_odd_pictures() {
+    let board = MarkerBoard::Charuco(charuco(6, 5, false));
+    let view = View::new([640, 480], Vector2::new(6.0, 5.0), 70.0, 10.0, 20.0);
+    let picture = view.render(white(&board));
+    let deep = Gray::U16(picture.map(|v| 300 + 16 * u16::from(v)));
+    let found = board.locate(&find(&deep));
+    assert_eq!(found.corners.len(), 20, "{}", found.why);
+    assert!(errors(&board, &view, &found).iter().all(|e| *e < 0.12));
+    for (w, h) in [(0, 0), (1, 1), (1, 3000), (3000, 1), (9, 9), (25, 24), (64, 5)] {
+        let striped = Plane::from_fn(w, h, |x, y| if (x / 4 + y / 5) % 2 == 0 { 20 } else { 220 });
+        assert!(find(&Gray::U8(striped)).marks.is_empty());
+    }
+    assert!(find(&Gray::U16(Plane::new(0, 0))).marks.is_empty());
+}
+
+#[test]
+fn boards_are_guessed_from_their_markers() {
+    let boards = [
+        MarkerBoard::Charuco(charuco(7, 5, false)),
+        MarkerBoard::Charuco(charuco(6, 6, true)),
+        MarkerBoard::Charuco(charuco(6, 4, false)),
+        MarkerBoard::AprilGrid(april(5, 4)),
+        MarkerBoard::ArucoGrid(ArucoGrid { gap: 0.2, ..aruco(5, 4, "6x6_250") }),
+    ];
+    for board in boards {
+        let e = extent(&board);
+        let views = [(0.0, 10.0), (70.0, 30.0), (160.0, -40.0)];
+        let sightings: Vec<Sighting> = views
+            .iter()
+            .map(|(turn, tilt)| look(&board, &View::new([640, 480], e, 440.0 / e.norm(), *turn, *tilt)))
+            .collect();
+        let found = guess(&sightings);
+        println!("{found:?}");
+        let (Some(a), b) = (found.board, board) else { panic!("{board:?}: {:?}", found.considered) };
+        assert!(found.certain, "{:?}", found.considered);
+        match (a, b) {
+            (MarkerBoard::Charuco(a), MarkerBoard::Charuco(b)) => {
+                // What the pictures cannot tell: which of the dictionaries with the same codes, and the layout of odd rows.
+                assert_eq!(Charuco { dictionary: b.dictionary, legacy: b.legacy, ..a }, b);
+                assert_eq!(a.layout(a.legacy == Some(true)).marks, b.layout(b.legacy == Some(true)).marks);
+            }
+            (MarkerBoard::AprilGrid(a), MarkerBoard::AprilGrid(b)) => assert_eq!(a, b),
+            (MarkerBoard::ArucoGrid(a), MarkerBoard::ArucoGrid(b)) => {
+                assert_eq!(ArucoGrid { dictionary: b.dictionary, ..a }, b);
+            }
+            _ => panic!("{a:?} instead of {b:?}"),
+        }
     }
     assert!(guess(&[]).board.is_none());
     assert!(!guess(&[Sighting::default()]).considered.is_empty());
