@@ -157,10 +157,10 @@ fn mark<T: Sample>(
     quad: &Quad,
     contrast: f32,
 ) -> Option<Mark> {
-    let mut rough = Outline::fit(&*levels[k], &quad.corners, quad.dark, REACH)?;
+    let mut rough = Outline::fit(&*levels[k], &quad.corners, quad.dark, REACH, false)?;
     // Blur rounds corners off, so the first sides may be askew: again from where they meet.
     if (0..4).any(|i| (rough.corners[i] - quad.corners[i]).norm() > AGAIN) {
-        rough = Outline::fit(&*levels[k], &rough.corners, quad.dark, REACH)?;
+        rough = Outline::fit(&*levels[k], &rough.corners, quad.dark, REACH, false)?;
     }
     // Cells are read where they are a few pixels large: less noise, and no sample between two pixels.
     let rough_side = side(&rough.corners);
@@ -174,7 +174,7 @@ fn mark<T: Sample>(
     }
     let start = scaled(&rough, k, 0);
     let reach = if k == 0 { 1.5 } else { 0.35 * f64::from(1u32 << k) + 2.0 };
-    let fine = Outline::fit(picture, &start.corners, quad.dark, reach.min(24.0)).unwrap_or(start);
+    let fine = Outline::fit(picture, &start.corners, quad.dark, reach.min(24.0), true).unwrap_or(start);
     Some(Mark { corners: fine.corners, sigma_px: fine.sigma_px, inverted: !quad.dark, readings })
 }
 

@@ -50,16 +50,18 @@ struct Side {
 }
 
 impl Outline {
-    /// Fits the sides near `start` (clockwise), each within `reach` px. `None` where a side is not there or is ragged.
+    /// Fits the sides near `start` (clockwise), each within `reach` px; `exact`: as well as sharp edges allow, else as safely as
+    /// possible. `None` where a side is not there or is ragged.
     pub(super) fn fit<T: Sample>(
         picture: &Plane<T>,
         start: &[Vector2<f64>; 4],
         dark: bool,
         reach: f64,
+        exact: bool,
     ) -> Option<Self> {
         let mut sides = Vec::with_capacity(4);
         for k in 0..4 {
-            sides.push(Side::fit(picture, start[k], start[(k + 1) % 4], dark, reach)?);
+            sides.push(Side::fit(picture, start[k], start[(k + 1) % 4], dark, (reach, exact))?);
         }
         let mut out = Self { corners: *start, sigma_px: [0.0; 4], bulge: [Vector2::zeros(); 4] };
         for k in 0..4 {
@@ -89,7 +91,7 @@ impl Side {
         from: Vector2<f64>,
         to: Vector2<f64>,
         dark: bool,
-        reach: f64,
+        reach: (f64, bool),
     ) -> Option<Self> {
         let (middle, along) = (0.5 * (from + to), 0.5 * (to - from));
         let half = along.norm();
@@ -153,7 +155,7 @@ fn steepest<T: Sample>(
     at: Vector2<f64>,
     normal: Vector2<f64>,
     dark: bool,
-    reach: f64,
+    (reach, exact): (f64, bool),
 ) -> Option<(f64, f32)> {
     const MOST: usize = 64;
     let half = (reach.ceil() as usize + 2).min(MOST / 2 - 1);
@@ -170,7 +172,7 @@ fn steepest<T: Sample>(
     if b <= 0.0 || (best == 2 && a > b) || (best == n - 3 && c > b) {
         return None;
     }
-    let vertex = if a.max(0.0) + c.max(0.0) > SOFT * b {
+    let vertex = if !exact || a.max(0.0) + c.max(0.0) > SOFT * b {
         let bend = a - 2.0 * b + c;
         if bend < 0.0 { (0.5 * (a - c) / bend).clamp(-0.6, 0.6) } else { 0.0 }
     } else {
@@ -288,12 +290,12 @@ mod tests {
             (220.0 - 1.8 * part.count() as f64) as u8
         });
         let start = truth.map(|p| p + Vector2::new(1.2, -0.8));
-        let found = Outline::fit(&picture, &start, true, 3.0).unwrap();
+        let found = Outline::fit(&picture, &start, true, 3.0, true).unwrap();
         for k in 0..4 {
             let off = (found.corners[k] - truth[k]).norm();
             assert!(off < 0.12 && found.sigma_px[k] < 0.2, "{k}: {off} {}", found.sigma_px[k]);
         }
-        assert!(Outline::fit(&picture, &start, false, 3.0).is_none());
+        assert!(Outline::fit(&picture, &start, false, 3.0, true).is_none());
     }
 
     #[test]
