@@ -16,6 +16,7 @@ mod charuco;
 mod crossings;
 pub mod dictionary;
 pub mod guess;
+mod links;
 mod outline;
 mod place;
 mod quads;

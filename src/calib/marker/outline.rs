@@ -250,12 +250,6 @@ impl Chart {
         let [a, b, c, d] = self.bulge;
         Vector2::new(q.x, q.y) / q.z + (a * (1.0 - t) + c * t) * along + (b * s + d * (1.0 - s)) * down
     }
-
-    /// The same farther out, where the bulge is not known.
-    pub(super) fn flat(&self, s: f64, t: f64) -> Vector2<f64> {
-        let q = self.h * Vector3::new(s, t, 1.0);
-        Vector2::new(q.x, q.y) / q.z
-    }
 }
 
 /// The homography from the corners (0, 0), (1, 0), (1, 1), (0, 1) to four places (P. Heckbert, 1989).
