@@ -23,11 +23,13 @@
 
 pub mod calibrate;
 pub mod camera;
+pub mod circles;
 pub mod detect;
 pub mod error;
 pub mod homography;
 pub mod image;
 pub mod json;
+pub mod marker;
 pub mod named;
 pub mod number;
 pub mod observation;

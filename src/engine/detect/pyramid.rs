@@ -28,7 +28,7 @@ impl Level<'_> {
 }
 
 /// The picture in 8 bits. Of 16 bits the used range is stretched: raw sensor data often fills a corner of it.
-pub(super) fn eight_bits(picture: &Gray) -> Cow<'_, Plane<u8>> {
+pub(in crate::calib) fn eight_bits(picture: &Gray) -> Cow<'_, Plane<u8>> {
     match picture {
         Gray::U8(p) => Cow::Borrowed(p),
         Gray::U16(p) => {
@@ -52,7 +52,7 @@ fn used_range(picture: &Plane<u16>) -> (u16, u16) {
 }
 
 /// Half the size; each pixel is the mean of 2 × 2. An odd last row or column is left out.
-pub(super) fn halve(picture: &Plane<u8>) -> Plane<u8> {
+pub(in crate::calib) fn halve(picture: &Plane<u8>) -> Plane<u8> {
     let (w, h) = (picture.width() / 2, picture.height() / 2);
     let mut half = Plane::new(w, h);
     for y in 0..h {
@@ -113,7 +113,7 @@ pub(super) fn is_peppered(picture: &Plane<u8>) -> bool {
 
 /// Standard deviation of the noise, grey levels: the median size of a second difference along rows, which edges do not move
 /// (after J. Immerkær, CVIU 64(2), 1996, with a median in place of a mean).
-pub(super) fn noise(picture: &Plane<u8>) -> f32 {
+pub(in crate::calib) fn noise(picture: &Plane<u8>) -> f32 {
     let mut counts = [0u32; 1024];
     let mut total = 0u32;
     let step = (picture.height() / 200).max(1);

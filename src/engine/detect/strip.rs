@@ -126,12 +126,42 @@ impl Fit {
 /// corner with no neighbour along an axis takes the direction from those beside it. Rows of pixels that leave the picture
 /// are left out. Starts that are not finite or that see no corner come back unchanged with `ok` false.
 pub fn refine<T: Sample>(picture: &Plane<T>, starts: &[Start], options: &Options) -> Vec<Fit> {
+    refine_with(picture, starts, &[], options)
+}
+
+/// What is known of the edges of a corner, in place of what its neighbours say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arms {
+    /// Directions towards +column and +row, at least 3 px long.
+    pub along: [Vector2<f64>; 2],
+    /// How far each edge runs before and after the corner, px.
+    pub room_px: [[f64; 2]; 2],
+    /// How far beside both edges there is nothing but their squares, px; pixels beyond are not looked at.
+    pub clear_px: f64,
+}
+
+/// [`refine`] where corners need not lie on a checkerboard: `arms[i]`, where there is one, overrules the neighbours of start i for
+/// direction and length of its edges. The neighbours still give curvature and gradients.
+pub fn refine_with<T: Sample>(
+    picture: &Plane<T>,
+    starts: &[Start],
+    arms: &[Option<Arms>],
+    options: &Options,
+) -> Vec<Fit> {
+    let mut axes = axes::all(starts, options);
+    let mut clear = vec![f32::INFINITY; axes.len()];
+    for ((axes, clear), arms) in axes.iter_mut().zip(&mut clear).zip(arms) {
+        if let Some(arms) = arms {
+            (*axes, *clear) = (arms.axes(), arms.clear_px as f32);
+        }
+    }
     let mut strips = [Strip::new(), Strip::new()];
-    let mut corners: Vec<Option<Crossing>> = axes::all(starts, options)
+    let mut corners: Vec<Option<Crossing>> = axes
         .iter()
         .zip(starts)
-        .map(|(axes, start)| {
-            let mut corner = Crossing::new(start.px, axes.as_ref()?)?;
+        .zip(clear)
+        .map(|((axes, start), clear)| {
+            let mut corner = Crossing::new(start.px, axes.as_ref()?)?.with_clear(clear);
             corner.coarse(picture, options, &mut strips)?;
             corner.fine(picture, options, &mut strips)?;
             Some(corner)

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use super::{Options, Start};
+use super::{Arms, Options, Start};
 
 /// Shortest believable distance between corners, px.
 const SHORTEST: f64 = 3.0;
@@ -14,6 +14,15 @@ pub(super) struct Axis {
     pub(super) along: Vector2<f64>,
     /// Distances over which the edge may be used before and after the corner, px, before [`Options::arm`] is applied.
     pub(super) room: [f32; 2],
+}
+
+impl Arms {
+    /// As axes; `None` where the directions or lengths are none.
+    pub(super) fn axes(&self) -> Option<[Axis; 2]> {
+        let usable = self.along.iter().all(|d| d.norm() >= SHORTEST)
+            && self.room_px.iter().flatten().all(|r| r.is_finite() && *r > 0.0);
+        usable.then(|| [0, 1].map(|k| Axis { along: self.along[k], room: self.room_px[k].map(|r| r as f32) }))
+    }
 }
 
 /// Both axes of every corner: axis 0 along the grid row, axis 1 along the grid column; `None` without a usable direction.

@@ -48,6 +48,8 @@ pub(super) struct Crossing {
     pub(super) amplitude_gradient: [f32; 2],
     /// Distance to the next corner on edge k at smaller and larger v.
     room: [[f32; 2]; 2],
+    /// How far beside the edges there is nothing but their squares, px.
+    clear: f32,
     at: Vector2<f64>,
 }
 
@@ -75,8 +77,19 @@ impl Crossing {
             mean_gradient: [0.0; 2],
             amplitude_gradient: [0.0; 2],
             room,
+            clear: f32::INFINITY,
             at,
         })
+    }
+
+    /// The same where something else lies beside the edges, `clear` px from them.
+    pub(super) fn with_clear(self, clear: f32) -> Self {
+        Self { clear, ..self }
+    }
+
+    /// The clear distance from edge `k` along u, px.
+    fn clear(&self, k: usize) -> f32 {
+        self.clear / self.edges[k].cos()
     }
 
     /// Position in the picture, px.
@@ -102,7 +115,13 @@ impl Crossing {
         }
         for k in 0..2 {
             let rows = self.reach(k, options.arm, COARSE_ARM, blocks[k]);
-            let extent = Extent { rows, blocks: blocks[k], slide: self.slide(k, blocks[k]), every: 2 };
+            let extent = Extent {
+                rows,
+                blocks: blocks[k],
+                slide: self.slide(k, blocks[k]),
+                every: 2,
+                clear: self.clear(k),
+            };
             strips[k].gather(picture, self.origin, &self.edges[k], &extent);
         }
         self.first_step(strips)?;
@@ -179,7 +198,8 @@ impl Crossing {
             let half = (STRIP_HALF_WIDTH * e.sd() + 0.6).min(0.5 * self.nearest(1 - k) / e.cos());
             let blocks = ((half / (LANES / 2) as f32).ceil() as usize).clamp(1, MAX_BLOCKS);
             let rows = self.reach(k, options.arm, options.longest_arm_px, blocks);
-            let extent = Extent { rows, blocks, slide: self.slide(k, blocks), every: 1 };
+            let extent =
+                Extent { rows, blocks, slide: self.slide(k, blocks), every: 1, clear: self.clear(k) };
             strips[k].gather(picture, self.origin, e, &extent);
         }
     }

@@ -36,6 +36,8 @@ pub(super) struct Extent {
     pub(super) slide: [f32; 2],
     /// Every n-th row.
     pub(super) every: i32,
+    /// Farthest from the edge along u that pixels show nothing but its two squares, px.
+    pub(super) clear: f32,
 }
 
 impl Strip {
@@ -98,9 +100,24 @@ impl Strip {
                     }
                 }
             }
+            let u0 = (first + slide) as f32;
+            if extent.clear < (lanes / 2) as f32 {
+                level_out(blocks, edge.u(row as f32) - u0, extent.clear);
+            }
             self.v[self.rows] = row as f32;
-            self.u0[self.rows] = (first + slide) as f32;
+            self.u0[self.rows] = u0;
             self.rows += 1;
         }
     }
+}
+
+/// Continues the last pixels within `clear` of the edge, which crosses at lane `centre`, to both ends of a row.
+fn level_out(blocks: &mut [Block], centre: f32, clear: f32) {
+    let last = blocks.len() * LANES - 1;
+    let lane = |u: f32| (u.max(0.0) as usize).min(last);
+    let (from, to) = (lane((centre - clear).ceil()), lane(centre + clear));
+    let pixels = blocks.as_flattened_mut();
+    let (first, end) = (pixels[from], pixels[to]);
+    pixels[..from].fill(first);
+    pixels[to..].fill(end);
 }
