@@ -24,6 +24,7 @@
 pub mod board;
 pub mod calibrate;
 pub mod camera;
+pub mod circles;
 pub mod detect;
 pub mod diagnose;
 pub mod error;

@@ -9,12 +9,12 @@ mod complete;
 mod ends;
 pub mod gradient;
 mod grow;
-mod pyramid;
+pub(super) mod pyramid;
 mod reason;
 mod response;
 mod saddle;
 mod search;
-mod sheet;
+pub(super) mod sheet;
 pub mod strip;
 
 use std::{fmt, str::FromStr};

@@ -1,0 +1,3 @@
+//! The detector on rendered boards with exactly known centres, on photographs, and on what is no grid of circles.
+
+mod photos;
