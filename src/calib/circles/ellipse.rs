@@ -19,7 +19,6 @@ use crate::calib::image::{Plane, Sample};
 
 /// Parameters: centre, W₁₁ W₁₂ W₂₂, ln t, i, o, h.
 const N: usize = 10;
-type Normal = SMatrix<f64, N, N>;
 type Step = SVector<f64, N>;
 
 /// Blur of a picture that is not blurred: the pixel's own, px.
@@ -27,11 +26,11 @@ const SHARPEST: f64 = 0.289;
 /// Pixels farther from the boundary than this many blurs plus one pixel say nothing of it.
 const BAND: f64 = 3.0;
 /// Most iterations with free blur.
-const ITERATIONS: usize = 12;
+const ITERATIONS: usize = 20;
 /// Variance of a centre that no fit is better than, px².
 const FLOOR: f64 = 4e-6;
 /// What a fit may leave of the contrast.
-const LEFT: f64 = 0.2;
+const LEFT: f64 = 0.35;
 
 /// Where a fit starts.
 #[derive(Clone, Copy, Debug)]
@@ -79,6 +78,8 @@ impl Dot {
 
 #[derive(Clone, Copy)]
 struct Model {
+    /// Pixels farther from the boundary are left out, px.
+    band: f64,
     c: Vector2<f64>,
     w: [f64; 3],
     t: f64,
@@ -123,7 +124,7 @@ impl Model {
         minor(self.ellipse())
     }
 
-    fn pixel(&self, x: Vector2<f64>, origin: Vector2<f64>, value: f64, reach: f64, band: f64) -> Option<Pixel> {
+    fn pixel(&self, x: Vector2<f64>, origin: Vector2<f64>, value: f64, reach: f64) -> Option<Pixel> {
         let u = x - self.c;
         let [w11, w12, w22] = self.w;
         let v = Vector2::new(w11 * u.x + w12 * u.y, w22 * u.y);
@@ -135,7 +136,7 @@ impl Model {
         let g = Vector2::new(w11 * v.x, w12 * v.x + w22 * v.y);
         let steep = g.norm();
         let plain = (rho - 1.0) / steep;
-        if plain.abs() > band {
+        if plain.abs() > self.band {
             return None;
         }
         let t = self.t;
@@ -191,7 +192,7 @@ fn pixels<T: Sample>(
     stride: usize,
     mut each: impl FnMut(&Pixel),
 ) {
-    let band = BAND * model.t + 1.0;
+    let band = model.band;
     let short = model.minor().max(1e-6);
     let outer = (1.0 + band / short).min(reach);
     let inner = 1.0 - band / short;
@@ -219,7 +220,7 @@ fn pixels<T: Sample>(
             for x in (from..=to as usize).step_by(stride) {
                 let at = Vector2::new(x as f64, y as f64);
                 let Some(value) = row.get(x) else { return };
-                if let Some(p) = model.pixel(at, origin, f64::from(value.to_f32()), reach, band) {
+                if let Some(p) = model.pixel(at, origin, f64::from(value.to_f32()), reach) {
                     each(&p);
                 }
             }
@@ -266,125 +267,163 @@ pub(super) fn fit<T: Sample>(picture: &Plane<T>, start: &Start) -> Option<Dot> {
     let w = root(start.ellipse)?;
     let [i, o] = levels(picture, start, w)?;
     let short = minor(start.ellipse);
-    let coarse = (0.2 * short).max(0.8);
-    let t = start.blur_px.unwrap_or(coarse).max(SHARPEST);
-    let mut m = Model { c: start.px, w, t, i, o, h: Vector2::zeros() };
-    if start.blur_px.is_none() {
-        // The band is as wide as the start may be wrong; every pixel of it is not needed.
-        let stride = (coarse / 1.5) as usize + 1;
-        for _ in 0..3 {
-            step(picture, &mut m, start, stride, [true, true, true, false, true, false])?;
-        }
-    }
-    let mut done = None;
-    for _ in 0..ITERATIONS {
-        let moved = step(picture, &mut m, start, 1, [true; 6])?;
-        if moved.centre < 0.02 * (0.1 + m.t) && moved.blur < 0.1 {
-            done = Some(());
-            break;
-        }
-    }
-    done?;
-    finish(picture, &m, start)
-}
-
-/// How far a step went: centre in px, relative change of the blur.
-struct Moved {
-    centre: f64,
-    blur: f64,
-}
-
-/// One Gauss–Newton step; `free`: x, y, shape, blur, levels, light.
-fn step<T: Sample>(picture: &Plane<T>, m: &mut Model, start: &Start, stride: usize, free: [bool; 6]) -> Option<Moved> {
-    let (normal, right, _, n) = sums(picture, m, start, stride);
-    if n < 2 * N {
-        return None;
-    }
-    let mut held = [false; N];
-    for (k, held) in held.iter_mut().enumerate() {
-        *held = !free[[0, 1, 2, 2, 2, 3, 4, 4, 5, 5][k]];
-    }
-    let mut d = solve(&normal, &right, &held)?;
-    // An active bound: the blur is taken out of the system, not cut afterwards.
-    if m.t <= SHARPEST * 1.0001 && d[5] < 0.0 {
-        held[5] = true;
-        d = solve(&normal, &right, &held)?;
-    }
-    let short = m.minor();
-    let centre = Vector2::new(d[0], d[1]);
-    let far = centre.norm() / (0.4 * short.max(m.t));
-    let scale = 1.0f64.min(1.0 / far.max(1e-9));
-    m.c += centre * scale;
-    let size = (m.w[0] * m.w[2]).sqrt();
-    for k in 0..3 {
-        m.w[k] += d[2 + k].clamp(-0.3 * size.max(m.w[k].abs()), 0.3 * size.max(m.w[k].abs())) * scale;
-    }
-    let change = d[5].clamp(-0.5, 0.5);
-    let before = m.t;
-    m.t = (m.t * change.exp()).clamp(SHARPEST, short.max(1.0));
-    m.i += d[6];
-    m.o += d[7];
-    m.h += Vector2::new(d[8], d[9]);
-    let sane = m.c.iter().chain(&m.w).all(|v| v.is_finite())
-        && m.w[0] > 0.0
-        && m.w[2] > 0.0
-        && m.i.is_finite()
-        && m.o.is_finite()
-        && (m.c - start.px).norm_squared() < start.ellipse[0] + start.ellipse[2];
-    sane.then_some(Moved { centre: centre.norm(), blur: (m.t / before - 1.0).abs() })
-}
-
-fn sums<T: Sample>(picture: &Plane<T>, m: &Model, start: &Start, stride: usize) -> (Normal, Step, f64, usize) {
-    let (mut normal, mut right, mut rss, mut n) = (Normal::zeros(), Step::zeros(), 0.0, 0);
-    pixels(picture, m, start.px, start.reach, stride, |p| {
-        for a in 0..N {
-            for b in a..N {
-                normal[(b, a)] += p.by[a] * p.by[b];
+    let mut m = Model { band: 0.0, c: start.px, w, t: 0.0, i, o, h: Vector2::zeros() };
+    m.t = match start.blur_px {
+        Some(blur) => blur.max(SHARPEST),
+        None => {
+            // From a blur as wide as the start may be wrong down to a usual one; not every pixel is needed for it.
+            let mut t = (0.2 * short).max(0.8);
+            loop {
+                (m.t, m.band) = (t, BAND * t + 1.0);
+                let stride = (t / 1.5) as usize + 1;
+                for _ in 0..2 {
+                    let sums = Sums::of(picture, &m, start, stride);
+                    m = m.moved(&sums.step(&m, [true, true, true, false, true, false], 0.0)?, start)?;
+                }
+                if t <= 1.6 {
+                    break t;
+                }
+                t = (0.3 * t).max(0.8);
             }
-            right[a] += p.by[a] * p.residual;
         }
-        rss += p.residual * p.residual;
-        n += 1;
-    });
-    (normal, right, rss, n)
+    };
+    descend(picture, m, start)
 }
 
-/// Solves for the parameters that are not held; the others do not move.
-fn solve(normal: &Normal, right: &Step, held: &[bool; N]) -> Option<Step> {
-    let (a, scale) = scaled(normal, held)?;
-    let b = Step::from_fn(|k, _| if held[k] { 0.0 } else { right[k] * scale[k] });
-    let x = a.cholesky()?.solve(&b);
-    Some(x.component_mul(&scale))
-}
-
-/// The normal matrix with a diagonal of ones, and the scale of each parameter.
-fn scaled(normal: &Normal, held: &[bool; N]) -> Option<(Normal, Step)> {
-    let scale = Step::from_fn(|k, _| if held[k] { 1.0 } else { 1.0 / normal[(k, k)].sqrt() });
-    if !scale.iter().all(|s| s.is_finite()) {
-        return None;
+/// Levenberg–Marquardt with all parameters free.
+fn descend<T: Sample>(picture: &Plane<T>, mut m: Model, start: &Start) -> Option<Dot> {
+    m.band = BAND * m.t + 1.0;
+    let mut sums = Sums::of(picture, &m, start, 1);
+    let mut damping = 0.0;
+    for _ in 0..ITERATIONS {
+        let step = sums.step(&m, [true; 6], damping)?;
+        let next = m.moved(&step, start)?;
+        let trial = Sums::of(picture, &next, start, 1);
+        let small = step[0].hypot(step[1]) < 0.02 * (0.1 + m.t) && step[5].abs() < 0.1;
+        if trial.mean() > 1.001 * sums.mean() {
+            if small {
+                return finish(picture, &m, start, &sums);
+            }
+            damping = (8.0f64 * damping).max(0.05);
+            continue;
+        }
+        (m, sums) = (next, trial);
+        damping = if damping > 0.01 { 0.25 * damping } else { 0.0 };
+        if small && damping == 0.0 {
+            return finish(picture, &m, start, &sums);
+        }
+        // The same pixels as long as possible: sums of different ones cannot be compared.
+        let band = BAND * m.t + 1.0;
+        if band > 1.25 * m.band || band < 0.6 * m.band {
+            m.band = band;
+            sums = Sums::of(picture, &m, start, 1);
+        }
     }
-    let a = Normal::from_fn(|r, c| {
-        let v = normal[(r.max(c), r.min(c))] * scale[r] * scale[c];
-        match (r == c, held[r] || held[c]) {
-            (true, true) => 1.0,
-            (true, false) => 1.0 + 1e-10,
-            (false, true) => 0.0,
-            (false, false) => v,
+    None
+}
+
+impl Model {
+    /// One step on; `None` where it leads nowhere.
+    fn moved(&self, d: &Step, start: &Start) -> Option<Self> {
+        let mut m = *self;
+        let short = m.minor();
+        let centre = Vector2::new(d[0], d[1]);
+        let scale = (0.4 * short.max(m.t) / centre.norm().max(1e-9)).min(1.0);
+        m.c += centre * scale;
+        let size = (m.w[0] * m.w[2]).sqrt();
+        for k in 0..3 {
+            let most = 0.3 * size.max(m.w[k].abs());
+            m.w[k] += d[2 + k].clamp(-most, most) * scale;
         }
-    });
-    Some((a, scale))
+        m.t = (m.t * d[5].clamp(-0.5, 0.5).exp()).clamp(SHARPEST, short.max(1.0));
+        m.i += d[6];
+        m.o += d[7];
+        m.h += Vector2::new(d[8], d[9]);
+        let sane = m.c.iter().chain(&m.w).all(|v| v.is_finite())
+            && m.w[0] > 0.0
+            && m.w[2] > 0.0
+            && m.i.is_finite()
+            && m.o.is_finite()
+            && (m.c - start.px).norm_squared() < start.ellipse[0] + start.ellipse[2];
+        sane.then_some(m)
+    }
+}
+
+/// The normal equations of a model.
+struct Sums {
+    /// Lower triangle.
+    normal: [[f64; N]; N],
+    right: [f64; N],
+    rss: f64,
+    n: usize,
+}
+
+impl Sums {
+    fn of<T: Sample>(picture: &Plane<T>, m: &Model, start: &Start, stride: usize) -> Self {
+        let (mut normal, mut right, mut rss, mut n) = ([[0.0; N]; N], [0.0; N], 0.0, 0);
+        pixels(picture, m, start.px, start.reach, stride, |p| {
+            for a in 0..N {
+                for b in 0..=a {
+                    normal[a][b] += p.by[a] * p.by[b];
+                }
+                right[a] += p.by[a] * p.residual;
+            }
+            rss += p.residual * p.residual;
+            n += 1;
+        });
+        Self { normal, right, rss, n }
+    }
+
+    fn mean(&self) -> f64 {
+        self.rss / self.n.max(1) as f64
+    }
+
+    /// Gauss–Newton's step with the diagonal raised by `damping`; `free`: x, y, shape, blur, levels, light.
+    fn step(&self, m: &Model, free: [bool; 6], damping: f64) -> Option<Step> {
+        if self.n < 2 * N {
+            return None;
+        }
+        let mut held = [0, 1, 2, 2, 2, 3, 4, 4, 5, 5].map(|k: usize| !free[k]);
+        let step = self.solve(&held, damping)?;
+        // An active bound: the blur is taken out of the system, not cut afterwards.
+        if m.t <= SHARPEST * 1.0001 && step[5] < 0.0 {
+            held[5] = true;
+            return self.solve(&held, damping);
+        }
+        Some(step)
+    }
+
+    /// Solves for the parameters that are not held; the others do not move.
+    fn solve(&self, held: &[bool; N], damping: f64) -> Option<Step> {
+        let (a, scale) = self.scaled(held, damping)?;
+        let b = Step::from_fn(|k, _| if held[k] { 0.0 } else { self.right[k] * scale[k] });
+        Some(a.cholesky()?.solve(&b).component_mul(&scale))
+    }
+
+    /// The normal matrix with a diagonal of ones, and the scale of each parameter.
+    fn scaled(&self, held: &[bool; N], damping: f64) -> Option<(SMatrix<f64, N, N>, Step)> {
+        let scale = Step::from_fn(|k, _| if held[k] { 1.0 } else { 1.0 / self.normal[k][k].sqrt() });
+        if !scale.iter().all(|s| s.is_finite()) {
+            return None;
+        }
+        let a = SMatrix::from_fn(|r, c| match (r == c, held[r] || held[c]) {
+            (true, true) => 1.0,
+            (true, false) => 1.0 + 1e-10 + damping,
+            (false, true) => 0.0,
+            (false, false) => self.normal[r.max(c)][r.min(c)] * scale[r] * scale[c],
+        });
+        Some((a, scale))
+    }
 }
 
 /// Covariance, residual and the shape of the outline at the solution; `None` where it is no dot.
-fn finish<T: Sample>(picture: &Plane<T>, m: &Model, start: &Start) -> Option<Dot> {
-    let (normal, _, rss, n) = sums(picture, m, start, 1);
+fn finish<T: Sample>(picture: &Plane<T>, m: &Model, start: &Start, sums: &Sums) -> Option<Dot> {
     let mut held = [false; N];
     held[5] = m.t <= SHARPEST * 1.0001;
-    let (a, scale) = scaled(&normal, &held)?;
+    let (a, scale) = sums.scaled(&held, 0.0)?;
     let inverse = a.cholesky()?.inverse();
-    let variance = (rss / n.checked_sub(N)?.max(1) as f64).max(1.0 / 12.0);
+    let variance = (sums.rss / sums.n.checked_sub(N)?.max(1) as f64).max(1.0 / 12.0);
     let cov = |r: usize, c: usize| variance * inverse[(r, c)] * scale[r] * scale[c];
-    let floor = |v: f64| v + FLOOR;
     let (sigma_gray, contrast) = (variance.sqrt(), m.o - m.i);
     let ellipse = m.ellipse();
     let area = |[a, b, c]: [f64; 3]| (a * c - b * b).max(0.0).sqrt();
@@ -401,7 +440,7 @@ fn finish<T: Sample>(picture: &Plane<T>, m: &Model, start: &Start) -> Option<Dot
         && minor(ellipse) > 0.8;
     is_dot.then(|| Dot {
         px: m.c,
-        cov_px2: [floor(cov(0, 0)), cov(0, 1), floor(cov(1, 1))],
+        cov_px2: [cov(0, 0) + FLOOR, cov(0, 1), cov(1, 1) + FLOOR],
         ellipse,
         blur_px: m.t,
         levels: [m.i, m.o],

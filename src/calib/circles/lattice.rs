@@ -62,13 +62,18 @@ impl Field {
     /// Lattices of at least `fewest` spots, the largest first, each spot in one at most.
     pub(super) fn lattices(&self, fewest: usize) -> Vec<Sheet<Spot>> {
         let mut taken = vec![false; self.spots.len()];
+        // What grew from a spot would grow again from its neighbours.
+        let mut tried = taken.clone();
         let mut found = Vec::new();
         for seed in 0..self.spots.len() {
-            if taken[seed] {
+            if taken[seed] || tried[seed] {
                 continue;
             }
             let Some(first) = self.first_cell(seed, &taken) else { continue };
-            let grown = self.grow(first, &taken);
+            let grown = self.grow(first, &mut taken);
+            for (_, i) in grown.iter() {
+                tried[i] = true;
+            }
             if grown.len() >= fewest {
                 let mut sheet = Sheet::new();
                 for (cell, i) in grown.iter() {
@@ -127,14 +132,26 @@ impl Field {
                 let (steps, a, b) =
                     if steps[0].perp(&steps[1]) > 0.0 { (steps, *a, *b) } else { ([steps[1], steps[0]], *b, *a) };
                 let guess = Guess { px: s.px + steps[0] + steps[1], uv: steps };
-                if let Some(last) = self.nearest(&guess, |i| {
-                    ![seed, a, b].contains(&i) && !taken[i] && alike(s, &self.spots[i])
-                }) {
+                let fits = |i: usize| ![seed, a, b].contains(&i) && !taken[i] && alike(s, &self.spots[i]);
+                let Some(last) = self.nearest(&guess, fits) else { continue };
+                if !self.has_inside(s.px, steps, |i| i != last && fits(i)) {
                     return Some([seed, a, b, last]);
                 }
             }
         }
         None
+    }
+
+    /// Whether a cell has more than its corners: then it spans several cells of the board.
+    fn has_inside(&self, px: Vector2<f64>, uv: [Vector2<f64>; 2], fits: impl Fn(usize) -> bool) -> bool {
+        const WITHIN: std::ops::RangeInclusive<f64> = -0.1..=1.1;
+        let middle = Guess { px: px + 0.5 * (uv[0] + uv[1]), uv };
+        let area = uv[0].perp(&uv[1]);
+        let reach = [0, 1].map(|k| 0.6 * (uv[0][k].abs() + uv[1][k].abs()));
+        self.near(middle.px, reach).any(|i| {
+            let d = self.spots[i].px - px;
+            WITHIN.contains(&(d.perp(&uv[1]) / area)) && WITHIN.contains(&(uv[0].perp(&d) / area)) && fits(i)
+        })
     }
 
     /// The spot nearest to a guess that fits.
@@ -148,10 +165,9 @@ impl Field {
             .map(|b| b.1)
     }
 
-    /// Grows from a first cell until nothing fits any more.
-    fn grow(&self, first: [usize; 4], taken: &[bool]) -> Sheet<usize> {
+    /// Grows from a first cell until nothing fits any more; leaves `used` as it was.
+    fn grow(&self, first: [usize; 4], used: &mut [bool]) -> Sheet<usize> {
         let mut sheet = Sheet::new();
-        let mut used = taken.to_vec();
         let mut queue = VecDeque::new();
         for (cell, i) in [[0, 0], [1, 0], [0, 1], [1, 1]].into_iter().zip(first) {
             sheet.set(cell, i);
@@ -165,12 +181,13 @@ impl Field {
                 continue;
             }
             tried.set(cell, sheet.len());
-            if let Some(i) = self.fitting(&sheet, cell, &used) {
+            if let Some(i) = self.fitting(&sheet, cell, used) {
                 used[i] = true;
                 sheet.set(cell, i);
                 queue.extend(STEPS.map(|s| add(cell, s)));
             }
         }
+        sheet.iter().for_each(|(_, i)| used[i] = false);
         sheet
     }
 

@@ -44,7 +44,7 @@ const BESIDE: f64 = 0.12;
 /// Smallest and largest ratio of a dot's area and contrast to those of its neighbours.
 const ALIKE: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 /// What a fit may leave, relative to what the fits of the board usually leave and to the contrast.
-const LEFT: [f64; 2] = [4.0, 0.08];
+const LEFT: [f64; 2] = [4.0, 0.2];
 /// Radius of the dots over their spacing: thinner ones are specks, of larger ones checkerboards are made.
 const RADIUS: std::ops::RangeInclusive<f64> = 0.08..=0.44;
 /// Largest median amplitude of third and fourth harmonics of the outlines, in radii: squares have 0.1.

@@ -49,3 +49,24 @@ fn show() {
         }
     }
 }
+
+#[test]
+fn debug() {
+    use crate::calib::circles::{ellipse::{Start, fit}, spot::spots, lattice::Field};
+    use crate::calib::detect::pyramid::noise;
+    for (name, picture) in pictures("opencv_acircles").into_iter().chain(pictures("opencv_circles")) {
+        if !["acircles2.png", "acircles4.png", "circles2.png", "circles1.png"].contains(&name.as_str()) { continue }
+        let Gray::U8(p) = &picture else { continue };
+        let n = noise(p);
+        let s = spots(p, f64::from(2.5 * n).clamp(2.0, 40.0));
+        let field = Field::new(s.clone(), [p.width(), p.height()]);
+        let l = field.lattices(8);
+        println!("{name} noise {n} spots {} lattices {:?}", s.len(), l.iter().map(|l| l.len()).collect::<Vec<_>>());
+        if let Some(l) = l.first() {
+            for (c, s) in l.iter().take(12) {
+                let d = fit(p, &Start { px: s.px, ellipse: s.ellipse, reach: 2.0, blur_px: None });
+                println!("  {c:?} {:?}\n     {:?}", s, d);
+            }
+        }
+    }
+}
