@@ -70,6 +70,11 @@ impl Dot {
         (0.5 * (self.cov_px2[0] + self.cov_px2[2])).sqrt()
     }
 
+    /// How much the outline differs from an ellipse, in radii.
+    pub(super) fn unevenness(&self) -> f64 {
+        self.harmonics.iter().map(|h| h * h).sum::<f64>().sqrt()
+    }
+
     /// Outside minus inside.
     pub(super) fn contrast(&self) -> f64 {
         self.levels[1] - self.levels[0]
@@ -243,6 +248,7 @@ fn levels<T: Sample>(picture: &Plane<T>, start: &Start, w: [f64; 3]) -> Option<[
         (low <= high).then_some(low as usize..=high as usize)
     };
     let stride = (tall.min(wide) / 10.0) as usize + 1;
+    let outer = (0.4 + 0.6 * start.reach).min(1.3);
     let mut sums = [[0.0; 2]; 2];
     for y in range(start.px.y, tall, picture.height())?.step_by(stride) {
         for x in range(start.px.x, wide, picture.width())?.step_by(stride) {
@@ -250,7 +256,7 @@ fn levels<T: Sample>(picture: &Plane<T>, start: &Start, w: [f64; 3]) -> Option<[
             let rho = (w[0] * u.x + w[1] * u.y).hypot(w[2] * u.y);
             let side = if rho < 0.65 {
                 0
-            } else if rho > 1.3 && rho < start.reach {
+            } else if rho > outer && rho < start.reach {
                 1
             } else {
                 continue;

@@ -41,6 +41,8 @@ const CROWDED: f64 = 9.0;
 const STANDING: f64 = 0.6;
 /// Largest distance of a dot from where its neighbours have it, in cells; at the rim, where perspective shows twice, double.
 const BESIDE: f64 = 0.12;
+/// Spots of a lattice that are fitted first.
+const SAMPLE: usize = 12;
 /// Smallest and largest ratio of a dot's area and contrast to those of its neighbours.
 const ALIKE: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 /// What a fit may leave, relative to what the fits of the board usually leave and to the contrast.
@@ -88,7 +90,7 @@ fn look<T: Sample>(picture: &Plane<T>, level: &Level<'_>, searched: &mut Searche
             break;
         }
         let spacing = spacing(&lattice);
-        let found = complete(picture, level, &lattice).and_then(|dots| {
+        let found = complete(picture, level, &lattice, searched).and_then(|dots| {
             searched.dots = searched.dots.max(dots.len());
             board(&dots, spacing, searched)
         });
@@ -126,8 +128,7 @@ fn board(dots: &Sheet<Dot>, spacing: f64, searched: &mut Searched) -> Option<Fou
     if dots.len() < FEWEST || !lines {
         return None;
     }
-    let uneven = |d: &Dot| d.harmonics.iter().map(|h| h * h).sum::<f64>().sqrt();
-    let harmonics = median(dots.iter().map(|(_, d)| uneven(&d)).collect())?;
+    let harmonics = median(dots.iter().map(|(_, d)| d.unevenness()).collect())?;
     searched.uneven |= harmonics > ROUND;
     let radius = 1.0 / shape.spacing;
     searched.skewed |= !shape.is_square || !RADIUS.contains(&radius);
@@ -135,19 +136,35 @@ fn board(dots: &Sheet<Dot>, spacing: f64, searched: &mut Searched) -> Option<Fou
 }
 
 /// Fits the spots of a lattice in the picture and grows it there.
-fn complete<T: Sample>(picture: &Plane<T>, level: &Level<'_>, lattice: &Sheet<Spot>) -> Option<Sheet<Dot>> {
+fn complete<T: Sample>(
+    picture: &Plane<T>,
+    level: &Level<'_>,
+    lattice: &Sheet<Spot>,
+    searched: &mut Searched,
+) -> Option<Sheet<Dot>> {
     let scale = level.scale();
     let mut dots = Sheet::new();
     let dark = lattice.iter().next()?.1.dark;
-    for (cell, spot) in lattice.iter() {
-        // The pixel of the level blurs its spots.
+    let try_one = |(cell, spot): (Cell, Spot)| {
         let start = Start {
             px: level.to_picture(spot.px),
             ellipse: spot.ellipse.map(|q| q * scale * scale),
             reach: reach(lattice, cell, |s| s.px, spot.ellipse),
             blur_px: None,
         };
-        if let Some(dot) = fit(picture, &start).filter(|d| (d.contrast() > 0.0) == dark) {
+        fit(picture, &start).filter(|d| (d.contrast() > 0.0) == dark)
+    };
+    // A few of them tell whether the others are worth their time.
+    let every = lattice.len().div_ceil(SAMPLE);
+    let some: Vec<Dot> = lattice.iter().step_by(every).filter_map(try_one).collect();
+    let tried = lattice.len().div_ceil(every);
+    let uneven = median(some.iter().map(Dot::unevenness).collect()).is_none_or(|h| h > ROUND);
+    searched.uneven |= uneven && some.len() >= SAMPLE / 2;
+    if uneven || (some.len() as f64) < STANDING * tried as f64 {
+        return None;
+    }
+    for (cell, spot) in lattice.iter() {
+        if let Some(dot) = try_one((cell, spot)) {
             dots.set(cell, dot);
         }
     }
@@ -173,7 +190,7 @@ fn reach<T: Copy>(
     let Some(at) = sheet.get(cell).map(&px) else { return 1.6 };
     let around = (-1..=1).flat_map(|r| (-1..=1).map(move |c| [c, r])).filter(|d| *d != [0, 0]);
     let nearest = around.filter_map(|d| Some(radii(px(sheet.get(add(cell, d))?) - at))).fold(f64::MAX, f64::min);
-    if nearest < f64::MAX { (0.5 * nearest).clamp(1.3, 4.0) } else { 1.6 }
+    if nearest < f64::MAX { (0.5 * nearest).clamp(1.45, 4.0) } else { 1.6 }
 }
 
 /// Median of what fits leave, grey levels.
@@ -268,7 +285,7 @@ fn grown<T: Sample>(picture: &Plane<T>, dots: &mut Sheet<Dot>) -> bool {
         if (look.ring - look.core) / contrast < 0.3 {
             continue;
         }
-        let start = Start { px: g.px, ellipse, reach: 0.5 * radii(&g, ellipse).clamp(2.6, 8.0), blur_px: Some(blur.max(0.2 * minor(ellipse))) };
+        let start = Start { px: g.px, ellipse, reach: 0.5 * radii(&g, ellipse).clamp(2.9, 8.0), blur_px: Some(blur.max(0.2 * minor(ellipse))) };
         let Some(dot) = fit(picture, &start) else { continue };
         if g.off(dot.px) < 2.0 * BESIDE && is_alike(dots, cell, &dot, usual) {
             more.push((cell, dot));

@@ -1,5 +1,6 @@
 //! The detector on rendered boards with exactly known centres, on photographs, and on what is no grid of circles.
 
 mod accuracy;
+mod boards;
 mod photos;
 mod render;

@@ -16,7 +16,7 @@ fn camera() -> Camera {
         .unwrap()
 }
 
-fn shot(euler_deg: [f64; 3], distance: f64) -> Shot {
+pub(super) fn shot(euler_deg: [f64; 3], distance: f64) -> Shot {
     let board = CircleBoard { kind: Kind::Symmetric, size: BoardSize { cols: 9, rows: 6 } };
     // The board's middle on the axis, whatever the rotation.
     let pose = Pose::from_euler_deg(euler_deg, Vector3::zeros());
@@ -40,7 +40,7 @@ fn shot(euler_deg: [f64; 3], distance: f64) -> Shot {
 /// Errors of the found places after correction, with the predicted deviations; `correct` or not.
 fn errors(shot: &Shot, correct: bool) -> Vec<(Vector2<f64>, f64)> {
     let found = detect(&shot.picture());
-    let grid = found.grid.unwrap_or_else(|| panic!("{}", found.why));
+    let grid = found.grid.unwrap_or_else(|| panic!("{} {:?}", found.why, shot.camera_from_board));
     let assigned = grid.assign(shot.board).unwrap();
     let (truth, points) = (shot.centers(), shot.board.points(1.0));
     // The order may be the turned one: the board looks the same.
@@ -58,7 +58,7 @@ fn rms(errors: &[(Vector2<f64>, f64)]) -> f64 {
     (errors.iter().map(|e| e.0.norm_squared()).sum::<f64>() / errors.len() as f64).sqrt()
 }
 
-const POSES: [([f64; 3], f64); 5] =
+pub(super) const POSES: [([f64; 3], f64); 5] =
     [([0.0, 0.0, 0.0], 9.0), ([30.0, 0.0, 10.0], 9.0), ([0.0, -45.0, 30.0], 8.0), ([25.0, 25.0, 100.0], 12.0), ([-40.0, 20.0, -15.0], 20.0)];
 
 #[test]
