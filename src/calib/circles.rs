@@ -15,6 +15,7 @@ pub mod bias;
 mod board;
 mod ellipse;
 mod lattice;
+mod predict;
 mod reason;
 mod search;
 mod spot;

@@ -7,7 +7,7 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::ellipse::Dot;
-use crate::calib::detect::sheet::{Sheet, guess};
+use crate::calib::detect::sheet::{Sheet, add, guess};
 
 /// Largest cosine between rows and columns on the board, and largest ratio of their spacings.
 const SQUARE: [f64; 2] = [0.12, 1.12];
@@ -27,7 +27,7 @@ pub(super) fn straighten(dots: &Sheet<Dot>) -> Option<(Sheet<Dot>, Shape)> {
     let basis = reduced(gram)?;
     let g = basis.transpose() * gram * basis;
     let (a, b, c) = (g[(0, 0)].sqrt(), g[(0, 1)], g[(1, 1)].sqrt());
-    let shape = Shape {
+    let mut shape = Shape {
         spacing: (a * c).sqrt(),
         is_square: (b / (a * c)).abs() < SQUARE[0] && a.max(c) / a.min(c) < SQUARE[1],
     };
@@ -37,7 +37,27 @@ pub(super) fn straighten(dots: &Sheet<Dot>) -> Option<(Sheet<Dot>, Shape)> {
     for (cell, dot) in dots.iter() {
         out.set([s * cell[0] - q * cell[1], p * cell[1] - r * cell[0]], dot);
     }
+    shape.spacing = spacing(&out).unwrap_or(shape.spacing);
     Some((out, shape))
+}
+
+/// Median distance of neighbours in radii, each the geometric mean of what its two dots say: perspective cancels to first
+/// order.
+fn spacing(dots: &Sheet<Dot>) -> Option<f64> {
+    let edges = dots.iter().flat_map(|(cell, dot)| {
+        [[1, 0], [0, 1]].into_iter().filter_map(move |step| {
+            let next = dots.get(add(cell, step))?;
+            let d = next.px - dot.px;
+            Some((product(&dot, d, d) * product(&next, d, d)).powf(0.25))
+        })
+    });
+    median(edges.collect())
+}
+
+/// Product of two steps in the metric in which the dot is a circle of radius 1.
+fn product(dot: &Dot, p: Vector2<f64>, q: Vector2<f64>) -> f64 {
+    let [a, b, c] = dot.ellipse;
+    (c * p.x * q.x - b * (p.x * q.y + p.y * q.x) + a * p.y * q.y) / (a * c - b * b)
 }
 
 /// Median products of the steps in the metric of the dots.
@@ -45,14 +65,9 @@ fn gram(dots: &Sheet<Dot>) -> Option<Matrix2<f64>> {
     let mut lists = [Vec::new(), Vec::new(), Vec::new()];
     for (cell, dot) in dots.iter() {
         let Some(g) = guess(dots, cell, |d| d.px) else { continue };
-        let [a, b, c] = dot.ellipse;
-        let det = a * c - b * b;
-        let product = |p: Vector2<f64>, q: Vector2<f64>| {
-            (c * p.x * q.x - b * (p.x * q.y + p.y * q.x) + a * p.y * q.y) / det
-        };
         let [u, v] = g.uv;
         for (list, (p, q)) in lists.iter_mut().zip([(u, u), (u, v), (v, v)]) {
-            list.push(product(p, q));
+            list.push(product(&dot, p, q));
         }
     }
     let [a, b, c] = lists.map(median);

@@ -8,11 +8,11 @@ use std::collections::VecDeque;
 
 use nalgebra::Vector2;
 
-use super::spot::Spot;
-use crate::calib::detect::sheet::{Cell, Guess, STEPS, Sheet, add, guess};
+use super::{predict::predict, spot::Spot};
+use crate::calib::detect::sheet::{Cell, Guess, STEPS, Sheet, add};
 
 /// Largest distance of a spot from its predicted place, in cells.
-const OFF: f64 = 0.3;
+const OFF: f64 = 0.35;
 /// Smallest and largest ratio of areas and of contrasts of neighbours.
 const ALIKE: std::ops::RangeInclusive<f64> = 0.4..=2.5;
 /// How much the shapes of neighbours may differ: (r + 1/r)/2 where one is r times as slim as the other.
@@ -71,6 +71,9 @@ impl Field {
             }
             let Some(first) = self.first_cell(seed, &taken) else { continue };
             let grown = self.grow(first, &mut taken);
+            if self.is_sparse(&grown) {
+                continue;
+            }
             for (_, i) in grown.iter() {
                 tried[i] = true;
             }
@@ -154,6 +157,22 @@ impl Field {
         })
     }
 
+    /// Whether a lattice leaves out spots like its own in a quarter of its cells: its cells span several of the board.
+    fn is_sparse(&self, grown: &Sheet<usize>) -> bool {
+        let mut own: Vec<usize> = grown.iter().map(|(_, i)| i).collect();
+        own.sort_unstable();
+        let (mut cells, mut full) = (0, 0);
+        for (cell, i) in grown.iter() {
+            let beside = [[1, 0], [0, 1]].map(|d| grown.get(add(cell, d)).map(|j| self.spots[j].px));
+            let [Some(right), Some(below)] = beside else { continue };
+            let s = &self.spots[i];
+            let fits = |j: usize| own.binary_search(&j).is_err() && alike(s, &self.spots[j]);
+            cells += 1;
+            full += usize::from(self.has_inside(s.px, [right - s.px, below - s.px], fits));
+        }
+        4 * full > cells
+    }
+
     /// The spot nearest to a guess that fits.
     fn nearest(&self, guess: &Guess, fits: impl Fn(usize) -> bool) -> Option<usize> {
         let [u, v] = guess.uv;
@@ -173,18 +192,19 @@ impl Field {
             sheet.set(cell, i);
             used[i] = true;
         }
-        queue.extend(sheet.rim());
-        // A cell that nothing fits is tried again when the lattice around it has grown.
-        let mut tried = Sheet::new();
-        while let Some(cell) = queue.pop_front() {
-            if sheet.get(cell).is_some() || tried.get(cell) == Some(sheet.len()) {
-                continue;
-            }
-            tried.set(cell, sheet.len());
-            if let Some(i) = self.fitting(&sheet, cell, used) {
-                used[i] = true;
-                sheet.set(cell, i);
-                queue.extend(STEPS.map(|s| add(cell, s)));
+        // A cell that nothing fits is tried again when the lattice has grown.
+        let mut known = 0;
+        while known < sheet.len() {
+            known = sheet.len();
+            queue.extend(sheet.rim());
+            while let Some(cell) = queue.pop_front() {
+                if sheet.get(cell).is_none()
+                    && let Some(i) = self.fitting(&sheet, cell, used)
+                {
+                    used[i] = true;
+                    sheet.set(cell, i);
+                    queue.extend(STEPS.map(|s| add(cell, s)));
+                }
             }
         }
         sheet.iter().for_each(|(_, i)| used[i] = false);
@@ -192,7 +212,7 @@ impl Field {
     }
 
     fn fitting(&self, sheet: &Sheet<usize>, cell: Cell, used: &[bool]) -> Option<usize> {
-        let guess = guess(sheet, cell, |i| self.spots[i].px)?;
+        let guess = predict(sheet, cell, |i| self.spots[i].px)?;
         let beside = (-1..=1)
             .flat_map(|r| (-1..=1).map(move |c| [c, r]))
             .find_map(|d| sheet.get(add(cell, d)))

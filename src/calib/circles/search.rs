@@ -13,13 +13,14 @@ use super::{
     basis::{median, straighten},
     ellipse::{Dot, Start, fit, minor},
     lattice::Field,
+    predict::predict,
     reason::{Searched, why},
     spot::{Spot, spots},
 };
 use crate::calib::{
     detect::{
         pyramid::{Level, eight_bits, halve, noise},
-        sheet::{Cell, Guess, STEPS, Sheet, add, guess},
+        sheet::{Cell, Guess, STEPS, Sheet, add},
     },
     image::{Gray, Plane, Sample},
 };
@@ -39,12 +40,16 @@ const SMALLEST: usize = 2_000;
 const CROWDED: f64 = 9.0;
 /// Share of the spots of a lattice that must stand the fit.
 const STANDING: f64 = 0.6;
-/// Largest distance of a dot from where its neighbours have it, in cells; at the rim, where perspective shows twice, double.
+/// Largest distance of a dot from where its neighbours have it, in cells; double at the rim, where perspective shows
+/// twice, and three times that where only one neighbour is.
 const BESIDE: f64 = 0.12;
 /// Spots of a lattice that are fitted first.
 const SAMPLE: usize = 12;
-/// Smallest and largest ratio of a dot's area and contrast to those of its neighbours.
-const ALIKE: std::ops::RangeInclusive<f64> = 0.5..=2.0;
+/// Smallest and largest ratio of a dot's area to that of its neighbours, largest difference of their shapes, and ratio of the
+/// contrasts.
+const SIZE: std::ops::RangeInclusive<f64> = 0.6..=1.7;
+const SHAPE: f64 = 1.08;
+const CONTRAST: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 /// What a fit may leave, relative to what the fits of the board usually leave and to the contrast.
 const LEFT: [f64; 2] = [4.0, 0.2];
 /// Radius of the dots over their spacing: thinner ones are specks, of larger ones checkerboards are made.
@@ -203,20 +208,23 @@ fn area(d: &Dot) -> f64 {
     (a * c - b * b).max(0.0).sqrt()
 }
 
-/// Medians of area and contrast of the dots around a cell.
-fn beside(dots: &Sheet<Dot>, cell: Cell) -> Option<[f64; 2]> {
-    let around = || {
-        let cells = (-2..=2).flat_map(|r| (-2..=2).map(move |c| [c, r])).filter(|d| *d != [0, 0]);
-        cells.filter_map(|d| dots.get(add(cell, d)))
-    };
-    Some([median(around().map(|d| area(&d)).collect())?, median(around().map(|d| d.contrast()).collect())?])
+/// Median contrast of the dots around a cell.
+fn contrast_beside(dots: &Sheet<Dot>, cell: Cell) -> Option<f64> {
+    let cells = (-2..=2).flat_map(|r| (-2..=2).map(move |c| [c, r])).filter(|d| *d != [0, 0]);
+    median(cells.filter_map(|d| dots.get(add(cell, d))).map(|d| d.contrast()).collect())
 }
 
 /// Whether a dot can be one of the board at a cell.
 fn is_alike(dots: &Sheet<Dot>, cell: Cell, dot: &Dot, usual: f64) -> bool {
-    let Some([size, contrast]) = beside(dots, cell) else { return false };
-    ALIKE.contains(&(area(dot) / size))
-        && ALIKE.contains(&(dot.contrast() / contrast))
+    let beside = contrast_beside(dots, cell).zip(shape_beside(dots, cell));
+    let Some((contrast, ([a, b, c], _))) = beside else { return false };
+    let size = (a * c - b * b).max(0.0).sqrt();
+    let [d, e, f] = dot.ellipse;
+    // (r + 1/r)/2 where one is r times as slim as the other.
+    let shape = 0.5 * (c * d - 2.0 * b * e + a * f) / (size * area(dot));
+    SIZE.contains(&(area(dot) / size))
+        && shape < SHAPE
+        && CONTRAST.contains(&(dot.contrast() / contrast))
         && dot.sigma_gray <= (LEFT[0] * usual).max(LEFT[1] * dot.contrast().abs())
 }
 
@@ -232,9 +240,9 @@ fn drop_unlike(dots: &mut Sheet<Dot>) {
 /// Drops dots that do not lie where their neighbours have them, the worst first.
 fn drop_strays(dots: &mut Sheet<Dot>) {
     let off = |dots: &Sheet<Dot>, cell: Cell| {
-        let (d, g) = dots.get(cell).zip(guess(dots, cell, |d| d.px))?;
-        let inner = STEPS.iter().all(|s| dots.get(add(cell, *s)).is_some());
-        Some(g.off(d.px) / if inner { BESIDE } else { 2.0 * BESIDE })
+        let (d, g) = dots.get(cell).zip(predict(dots, cell, |d| d.px))?;
+        let beside = STEPS.iter().filter(|s| dots.get(add(cell, **s)).is_some()).count();
+        Some(g.off(d.px) / (BESIDE * [3.0, 3.0, 2.0, 2.0, 1.0][beside]))
     };
     loop {
         let all: Vec<(Cell, Option<f64>)> = dots.iter().map(|(cell, _)| (cell, off(dots, cell))).collect();
@@ -261,7 +269,8 @@ fn drop_strays(dots: &mut Sheet<Dot>) {
 
 /// The ellipse and blur that the neighbours of a cell have on average.
 fn shape_beside(dots: &Sheet<Dot>, cell: Cell) -> Option<([f64; 3], f64)> {
-    let around = (-1..=1).flat_map(|r| (-1..=1).map(move |c| [c, r])).filter_map(|d| dots.get(add(cell, d)));
+    let around = (-1..=1).flat_map(|r| (-1..=1).map(move |c| [c, r])).filter(|d| *d != [0, 0]);
+    let around = around.filter_map(|d| dots.get(add(cell, d)));
     let (mut sum, mut n) = ([0.0; 4], 0.0);
     for d in around {
         let [a, b, c] = d.ellipse;
@@ -278,9 +287,9 @@ fn grown<T: Sample>(picture: &Plane<T>, dots: &mut Sheet<Dot>) -> bool {
     let usual = usual_residual(dots);
     let mut more = Vec::new();
     for cell in dots.rim() {
-        let Some(g) = guess(dots, cell, |d| d.px) else { continue };
+        let Some(g) = predict(dots, cell, |d| d.px) else { continue };
         let Some((ellipse, blur)) = shape_beside(dots, cell) else { continue };
-        let Some([_, contrast]) = beside(dots, cell) else { continue };
+        let Some(contrast) = contrast_beside(dots, cell) else { continue };
         let Some(look) = Patch::at(picture, g.px, ellipse) else { continue };
         if (look.ring - look.core) / contrast < 0.3 {
             continue;
@@ -365,7 +374,7 @@ impl Found {
     fn is_blank<T: Sample>(&self, picture: &Plane<T>, cell: Cell) -> bool {
         const FLAT: f64 = 0.35;
         let blank = || {
-            let g = guess(&self.dots, cell, |d| d.px)?;
+            let g = predict(&self.dots, cell, |d| d.px)?;
             let (ellipse, _) = shape_beside(&self.dots, cell)?;
             let look = Patch::at(picture, g.px, ellipse)?;
             let around = (-1..=1).flat_map(|r| (-1..=1).map(move |c| [c, r]));

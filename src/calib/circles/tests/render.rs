@@ -41,6 +41,15 @@ impl Shot {
         self.board.points(1.0).into_iter().map(project).collect()
     }
 
+    /// Centres and largest radii of the circles, px.
+    fn discs(&self) -> impl Iterator<Item = (Vector2<f64>, f64)> {
+        let at = |p: Point3<f64>| self.camera.project(&self.camera_from_board.apply(&p)).unwrap_or_default();
+        self.board.points(1.0).into_iter().map(move |p| {
+            let side = |x: f64, y: f64| (at(Point3::new(p.x + x, p.y + y, 0.0)) - at(p)).norm();
+            (at(p), side(self.radius, 0.0).max(side(0.0, self.radius)))
+        })
+    }
+
     /// Grey levels before rounding.
     pub(super) fn light(&self) -> Plane<f32> {
         let [w, h] = self.camera.size_px.map(|v| v as usize);
@@ -59,11 +68,11 @@ impl Shot {
         let mut random = Pcg64Mcg::seed_from_u64(self.seed ^ 0xc1);
         for _ in 0..self.clutter {
             let at = Vector2::new(random.random_range(0.0..w as f64), random.random_range(0.0..h as f64));
+            let r = random.random_range(2.0..9.0);
             // Not on the board's own dots.
-            if self.centers().iter().any(|c| (c - at).norm() < 14.0) {
+            if self.discs().any(|(c, own)| (c - at).norm() < own + r + 4.0) {
                 continue;
             }
-            let r = random.random_range(2.0..9.0);
             let n = if random.random_range(0.0..1.0) < 0.5 { 4 } else { 40 };
             let turn = random.random_range(0.0..6.0);
             let outline = (0..n).map(|k| {
