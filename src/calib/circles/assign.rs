@@ -12,6 +12,8 @@ use crate::calib::{homography, observation::Corner, target::BoardSize};
 const FEWEST: usize = 12;
 /// One dot in so many may be missed where the picture shows nothing in its place: a reflection, a worn print.
 const MISSED: usize = 15;
+/// A line at the rim of a board that is thinner than this share of what it should hold is chance: something beside the board.
+const THIN: f64 = 0.3;
 /// Share of the circles of a board that must be seen in a picture from which its size is taken.
 const FILLED: f64 = 0.8;
 
@@ -95,6 +97,14 @@ impl Placement {
     }
 }
 
+/// How a lattice lies on a board.
+struct Conflicts {
+    /// Dots that are circles of the board.
+    on: usize,
+    /// Circles that were seen to be missing, and twice the dots that are no circles.
+    against: usize,
+}
+
 fn cell(dot: &GridDot) -> [i32; 2] {
     dot.cell.map(|v| v as i32)
 }
@@ -173,7 +183,7 @@ impl Grid {
     fn whole(&self, kind: Kind) -> Option<Whole> {
         let turns = if kind == Kind::Symmetric { 0..1 } else { 0..4 };
         turns.into_iter().find_map(|turns| {
-            let all = extent(self.dots.iter().map(|d| turned(kind.place(cell(d)), turns)))?;
+            let all = self.trimmed(kind, turns)?;
             let shift = [-all[0][0], -all[1][0]];
             let [w, h] = all.map(|[a, b]| b - a + 1);
             let size = match kind {
@@ -183,32 +193,60 @@ impl Grid {
             };
             let board = CircleBoard { kind, size };
             let placement = Placement { turns, shift };
-            let (missing, _) = self.conflicts(board, placement)?;
-            let complete = missing == 0;
-            let beyond: Vec<[i32; 2]> =
-                self.blanks.iter().map(|b| placement.place(kind, *b)).filter(|b| board.at(*b).is_none()).collect();
+            let Conflicts { on, .. } = self.conflicts(board, placement)?;
+            let complete = on == board.len();
+            let beyond: Vec<[i32; 2]> = self
+                .blanks
+                .iter()
+                .map(|b| placement.place(kind, *b))
+                .filter(|b| board.at(*b).is_none())
+                .collect();
             let sides = [(0, -1, h), (0, w, h), (1, -1, w), (1, h, w)];
             let closed = sides.into_iter().all(|(k, at, along)| {
                 2 * beyond.iter().filter(|b| b[k] == at).count() as i32 >= kind.along(along).max(2)
             });
-            let filled = self.dots.len() as f64 >= FILLED * board.len() as f64;
+            let filled = on as f64 >= FILLED * board.len() as f64;
             // The two kinds share their smallest boards: too little to tell.
             let large = size.cols.min(size.rows) >= 2 && board.len() >= 6;
             let turn = kind == Kind::Symmetric && size.cols < size.rows;
             let size = if turn { BoardSize { cols: size.rows, rows: size.cols } } else { size };
-            (large && (complete || (closed && filled)))
-                .then_some(Whole { board: CircleBoard { kind, size }, complete, closed })
+            (large && (complete || (closed && filled))).then_some(Whole {
+                board: CircleBoard { kind, size },
+                complete,
+                closed,
+            })
         })
     }
 
-    /// How many circles of the board are not among the dots, and how many of them were seen to be missing; `None` where a dot
-    /// is no circle of the board.
-    fn conflicts(&self, board: CircleBoard, placement: Placement) -> Option<(usize, usize)> {
+    /// Extent of the dots in places of a kind, turned, without thin lines at its rim.
+    fn trimmed(&self, kind: Kind, turns: usize) -> Option<[[i32; 2]; 2]> {
+        let mut places: Vec<[i32; 2]> =
+            self.dots.iter().map(|d| turned(kind.place(cell(d)), turns)).collect();
+        loop {
+            let all = extent(places.iter().copied())?;
+            let on = |k: usize, at: i32| places.iter().filter(|p| p[k] == at).count();
+            let thin = (0..2).flat_map(|k| all[k].map(|at| (k, at))).find(|(k, at)| {
+                let along = all[1 - k][1] - all[1 - k][0] + 1;
+                (on(*k, *at) as f64) < THIN * f64::from(kind.along(along))
+            });
+            let Some((k, at)) = thin else { return Some(all) };
+            places.retain(|p| p[k] != at);
+        }
+    }
+
+    /// What speaks against a placement; `None` where too many dots are no circles of the board.
+    fn conflicts(&self, board: CircleBoard, placement: Placement) -> Option<Conflicts> {
         let at = |cell| board.at(placement.place(board.kind, cell));
-        self.dots.iter().all(|d| at(cell(d)).is_some()).then(|| {
-            let blank = self.blanks.iter().filter(|b| at(**b).is_some()).count();
-            (board.len().saturating_sub(self.dots.len()), blank)
-        })
+        let most = self.dots.len() / MISSED;
+        let mut off = 0;
+        for dot in &self.dots {
+            off += usize::from(at(cell(dot)).is_none());
+            if off > most {
+                return None;
+            }
+        }
+        let blank = self.blanks.iter().filter(|b| at(**b).is_some()).count();
+        Some(Conflicts { on: self.dots.len() - off, against: blank + 2 * off })
     }
 
     /// Gives dots their indices on a board.
@@ -220,15 +258,20 @@ impl Grid {
     /// not certain.
     pub fn assign(&self, board: CircleBoard) -> Result<Assigned, String> {
         let all = self.placements(board);
-        let Some(fewest) = all.iter().map(|(_, blank)| *blank).min() else { return Err(self.misfit(board)) };
-        if fewest > self.dots.len() / MISSED {
+        let Some(fewest) = all.iter().map(|(_, against)| *against).min() else {
+            return Err(self.misfit(board));
+        };
+        if fewest > 2 * (self.dots.len() / MISSED) {
             return Err(self.misfit(board));
         }
         // One blank more may be one more missed dot.
         let possible: Vec<Placement> =
-            all.into_iter().filter(|(_, blank)| *blank <= fewest + 1).map(|(p, _)| p).collect();
+            all.into_iter().filter(|(_, against)| *against <= fewest + 1).map(|(p, _)| p).collect();
         if self.dots.len() < FEWEST.min(board.len()) {
-            return Err(format!("only {} circles of the {board} board, a part needs {FEWEST}", self.dots.len()));
+            return Err(format!(
+                "only {} circles of the {board} board, a part needs {FEWEST}",
+                self.dots.len()
+            ));
         }
         let first = possible.first().and_then(|p| p.outline(board));
         if possible.iter().any(|p| p.outline(board) != first) {
@@ -251,18 +294,21 @@ impl Grid {
         Ok(Assigned { full: corners.len() == board.len(), corners, order_is_a_choice })
     }
 
-    /// Ways to lay the lattice on a board, with the number of circles that were seen to be missing.
+    /// Ways to lay the lattice on a board, with what speaks against each.
     fn placements(&self, board: CircleBoard) -> Vec<(Placement, usize)> {
         let size = board.extent();
         let mut list = Vec::new();
         for turns in 0..4 {
-            let Some(all) = extent(self.dots.iter().map(|d| turned(board.kind.place(cell(d)), turns))) else { continue };
-            let range = |k: usize| -all[k][0]..size[k] - all[k][1];
+            let Some(all) = extent(self.dots.iter().map(|d| turned(board.kind.place(cell(d)), turns))) else {
+                continue;
+            };
+            // A line more than the board has may be chance.
+            let range = |k: usize| (-all[k][0] - 1)..(size[k] - all[k][1] + 1);
             for x in range(0) {
                 for y in range(1) {
                     let placement = Placement { turns, shift: [x, y] };
-                    if let Some((_, blank)) = self.conflicts(board, placement) {
-                        list.push((placement, blank));
+                    if let Some(c) = self.conflicts(board, placement) {
+                        list.push((placement, c.against));
                     }
                 }
             }
@@ -282,12 +328,16 @@ impl Grid {
 
     /// Why the grid is no part of a board.
     fn misfit(&self, board: CircleBoard) -> String {
-        let seen = [board.kind, if board.kind == Kind::Symmetric { Kind::Asymmetric } else { Kind::Symmetric }]
-            .into_iter()
-            .find_map(|kind| self.whole(kind));
+        let seen =
+            [board.kind, if board.kind == Kind::Symmetric { Kind::Asymmetric } else { Kind::Symmetric }]
+                .into_iter()
+                .find_map(|kind| self.whole(kind));
         match seen {
             Some(seen) => format!("found {} circles, asked {board}", seen.board),
-            None => format!("{} circles in the picture do not fit the {board} board: check kind and size", self.dots.len()),
+            None => format!(
+                "{} circles in the picture do not fit the {board} board: check kind and size",
+                self.dots.len()
+            ),
         }
     }
 }

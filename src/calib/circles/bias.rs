@@ -122,8 +122,7 @@ mod tests {
 
     #[test]
     fn without_distortion_it_is_the_centre_of_the_conic() {
-        let camera =
-            Camera::new(Model::Pinhole, [640, 480], vec![500.0, 510.0, 320.0, 240.0]).unwrap();
+        let camera = Camera::new(Model::Pinhole, [640, 480], vec![500.0, 510.0, 320.0, 240.0]).unwrap();
         let (m, t) = (pose().rotation, pose().translation);
         let k = Matrix3::new(500.0, 0.0, 320.0, 0.0, 510.0, 240.0, 0.0, 0.0, 1.0);
         for (x, y, r) in [(0.0, 0.0, 8.0), (90.0, 60.0, 20.0), (50.0, -30.0, 1.0)] {

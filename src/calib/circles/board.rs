@@ -147,10 +147,7 @@ mod tests {
             let seen = (-2..w + 2).flat_map(|x| (-2..h + 2).map(move |y| [x, y])).filter_map(|p| b.at(p));
             assert_eq!(seen.count(), 20);
         }
-        assert_eq!(
-            [(4, 11), (4, 10)].map(|(c, r)| board(Kind::Asymmetric, c, r).rotations()),
-            [1, 2]
-        );
+        assert_eq!([(4, 11), (4, 10)].map(|(c, r)| board(Kind::Asymmetric, c, r).rotations()), [1, 2]);
         assert_eq!([(4, 4), (4, 3)].map(|(c, r)| board(Kind::Symmetric, c, r).rotations()), [4, 2]);
     }
 }

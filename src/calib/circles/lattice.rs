@@ -132,8 +132,11 @@ impl Field {
                 if *far_b > FIRST[0] * far_a || cosine.abs() > FIRST[1] {
                     continue;
                 }
-                let (steps, a, b) =
-                    if steps[0].perp(&steps[1]) > 0.0 { (steps, *a, *b) } else { ([steps[1], steps[0]], *b, *a) };
+                let (steps, a, b) = if steps[0].perp(&steps[1]) > 0.0 {
+                    (steps, *a, *b)
+                } else {
+                    ([steps[1], steps[0]], *b, *a)
+                };
                 let guess = Guess { px: s.px + steps[0] + steps[1], uv: steps };
                 let fits = |i: usize| ![seed, a, b].contains(&i) && !taken[i] && alike(s, &self.spots[i]);
                 let Some(last) = self.nearest(&guess, fits) else { continue };
@@ -242,7 +245,8 @@ mod tests {
     #[test]
     fn a_tilted_lattice_has_the_cells_of_the_board() {
         // Columns 12 px apart and rows 40 px: the nearest in the picture are two columns away, not the next row.
-        let place = |c: i32, r: i32| (40.0 + 12.0 * f64::from(c) + 5.0 * f64::from(r), 30.0 + 40.0 * f64::from(r));
+        let place =
+            |c: i32, r: i32| (40.0 + 12.0 * f64::from(c) + 5.0 * f64::from(r), 30.0 + 40.0 * f64::from(r));
         // Discs of 0.35 spacings: 0.35² M Mᵀ.
         let ellipse = [20.7, 24.5, 196.0];
         let spots: Vec<Spot> = (0..4)

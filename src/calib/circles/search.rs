@@ -38,6 +38,8 @@ const FIRST_LEVEL: usize = 150_000;
 const SMALLEST: usize = 2_000;
 /// Distance of dots in a level below which the next finer level may see more, px.
 const CROWDED: f64 = 9.0;
+/// Diameter of dots in a level above which the next coarser level may see more, px.
+const WIDE: f64 = 28.0;
 /// Share of the spots of a lattice that must stand the fit.
 const STANDING: f64 = 0.6;
 /// Largest distance of a dot from where its neighbours have it, in cells; double at the rim, where perspective shows
@@ -47,8 +49,8 @@ const BESIDE: f64 = 0.12;
 const SAMPLE: usize = 12;
 /// Smallest and largest ratio of a dot's area to that of its neighbours, largest difference of their shapes, and ratio of the
 /// contrasts.
-const SIZE: std::ops::RangeInclusive<f64> = 0.6..=1.7;
-const SHAPE: f64 = 1.08;
+const SIZE: std::ops::RangeInclusive<f64> = 0.5..=2.0;
+const SHAPE: f64 = 1.12;
 const CONTRAST: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 /// What a fit may leave, relative to what the fits of the board usually leave and to the contrast.
 const LEFT: [f64; 2] = [4.0, 0.2];
@@ -73,7 +75,12 @@ pub(super) fn search<T: Sample>(picture: &Plane<T>, gray: &Gray) -> Detection {
     for i in (0..=start).rev().chain(start + 1..levels.len()) {
         let found = look(picture, &levels[i], &mut searched);
         let crowded = found.as_ref().is_some_and(|f| f.spacing < CROWDED && i > 0 && i <= start);
+        // Where some dots are nearly too wide for the level, others are.
+        let roomy = found.as_ref().is_some_and(|f| f.widest > WIDE * levels[i].scale());
         best = larger(best, found);
+        if roomy && let Some(coarser) = levels.get(i + 1) {
+            best = larger(best, look(picture, coarser, &mut searched));
+        }
         if best.is_some() && !crowded {
             break;
         }
@@ -111,6 +118,8 @@ struct Found {
     radius: f64,
     /// Median distance of neighbours in the level, px.
     spacing: f64,
+    /// Largest extent of a dot, px.
+    widest: f64,
 }
 
 fn larger(a: Option<Found>, b: Option<Found>) -> Option<Found> {
@@ -137,7 +146,9 @@ fn board(dots: &Sheet<Dot>, spacing: f64, searched: &mut Searched) -> Option<Fou
     searched.uneven |= harmonics > ROUND;
     let radius = 1.0 / shape.spacing;
     searched.skewed |= !shape.is_square || !RADIUS.contains(&radius);
-    (shape.is_square && RADIUS.contains(&radius) && harmonics <= ROUND).then_some(Found { dots, radius, spacing })
+    let widest = dots.iter().map(|(_, d)| 2.0 * d.ellipse[0].max(d.ellipse[2]).sqrt()).fold(0.0, f64::max);
+    let is_board = shape.is_square && RADIUS.contains(&radius) && harmonics <= ROUND;
+    is_board.then_some(Found { dots, radius, spacing, widest })
 }
 
 /// Fits the spots of a lattice in the picture and grows it there.
@@ -185,16 +196,13 @@ fn complete<T: Sample>(
 }
 
 /// Half the way to the nearest neighbour's centre, in radii of the dot: up to there the picture is the dot's own.
-fn reach<T: Copy>(
-    sheet: &Sheet<T>,
-    cell: Cell,
-    px: impl Fn(T) -> Vector2<f64>,
-    [a, b, c]: [f64; 3],
-) -> f64 {
-    let radii = |d: Vector2<f64>| ((c * d.x * d.x - 2.0 * b * d.x * d.y + a * d.y * d.y) / (a * c - b * b)).sqrt();
+fn reach<T: Copy>(sheet: &Sheet<T>, cell: Cell, px: impl Fn(T) -> Vector2<f64>, [a, b, c]: [f64; 3]) -> f64 {
+    let radii =
+        |d: Vector2<f64>| ((c * d.x * d.x - 2.0 * b * d.x * d.y + a * d.y * d.y) / (a * c - b * b)).sqrt();
     let Some(at) = sheet.get(cell).map(&px) else { return 1.6 };
     let around = (-1..=1).flat_map(|r| (-1..=1).map(move |c| [c, r])).filter(|d| *d != [0, 0]);
-    let nearest = around.filter_map(|d| Some(radii(px(sheet.get(add(cell, d))?) - at))).fold(f64::MAX, f64::min);
+    let nearest =
+        around.filter_map(|d| Some(radii(px(sheet.get(add(cell, d))?) - at))).fold(f64::MAX, f64::min);
     if nearest < f64::MAX { (0.5 * nearest).clamp(1.45, 4.0) } else { 1.6 }
 }
 
@@ -248,8 +256,11 @@ fn drop_strays(dots: &mut Sheet<Dot>) {
         let all: Vec<(Cell, Option<f64>)> = dots.iter().map(|(cell, _)| (cell, off(dots, cell))).collect();
         // What hangs on nothing has no certain place.
         let lone: Vec<Cell> = all.iter().filter(|(_, off)| off.is_none()).map(|(cell, _)| *cell).collect();
-        let mut wrong: Vec<(Cell, f64)> =
-            all.into_iter().filter_map(|(cell, off)| Some((cell, off?))).filter(|(_, off)| *off > 1.0).collect();
+        let mut wrong: Vec<(Cell, f64)> = all
+            .into_iter()
+            .filter_map(|(cell, off)| Some((cell, off?)))
+            .filter(|(_, off)| *off > 1.0)
+            .collect();
         wrong.sort_by(|a, b| b.1.total_cmp(&a.1));
         // Of wrong ones that see each other only the worst goes at once.
         let mut gone: Vec<Cell> = Vec::new();
@@ -294,7 +305,12 @@ fn grown<T: Sample>(picture: &Plane<T>, dots: &mut Sheet<Dot>) -> bool {
         if (look.ring - look.core) / contrast < 0.3 {
             continue;
         }
-        let start = Start { px: g.px, ellipse, reach: 0.5 * radii(&g, ellipse).clamp(2.9, 8.0), blur_px: Some(blur.max(0.2 * minor(ellipse))) };
+        let start = Start {
+            px: g.px,
+            ellipse,
+            reach: 0.5 * radii(&g, ellipse).clamp(2.9, 8.0),
+            blur_px: Some(blur.max(0.2 * minor(ellipse))),
+        };
         let Some(dot) = fit(picture, &start) else { continue };
         if g.off(dot.px) < 2.0 * BESIDE && is_alike(dots, cell, &dot, usual) {
             more.push((cell, dot));
@@ -309,7 +325,8 @@ fn grown<T: Sample>(picture: &Plane<T>, dots: &mut Sheet<Dot>) -> bool {
 
 /// The shorter step of a guess in radii of an ellipse.
 fn radii(g: &Guess, [a, b, c]: [f64; 3]) -> f64 {
-    let radii = |d: Vector2<f64>| ((c * d.x * d.x - 2.0 * b * d.x * d.y + a * d.y * d.y) / (a * c - b * b)).sqrt();
+    let radii =
+        |d: Vector2<f64>| ((c * d.x * d.x - 2.0 * b * d.x * d.y + a * d.y * d.y) / (a * c - b * b)).sqrt();
     radii(g.uv[0]).min(radii(g.uv[1]))
 }
 
@@ -380,7 +397,8 @@ impl Found {
             let around = (-1..=1).flat_map(|r| (-1..=1).map(move |c| [c, r]));
             let near: Vec<Dot> = around.filter_map(|d| self.dots.get(add(cell, d))).collect();
             let mean = |f: fn(&Dot) -> f64| near.iter().map(f).sum::<f64>() / near.len().max(1) as f64;
-            let (outer, contrast, noise) = (mean(|d| d.levels[1]), mean(Dot::contrast), mean(|d| d.sigma_gray));
+            let (outer, contrast, noise) =
+                (mean(|d| d.levels[1]), mean(Dot::contrast), mean(|d| d.sigma_gray));
             let limit = FLAT * contrast.abs();
             Some((look.core - outer).abs() < limit && look.range < limit.max(6.0 * noise))
         };

@@ -49,7 +49,11 @@ fn errors(shot: &Shot, correct: bool) -> Vec<(Vector2<f64>, f64)> {
     let of = |i: u32| if turned { n - i } else { i } as usize;
     let shift = |i: usize| {
         let at = Point2::new(points[i].x, points[i].y);
-        if correct { bias::offset(&shot.camera, &shot.camera_from_board, &at, shot.radius).unwrap() } else { Vector2::zeros() }
+        if correct {
+            bias::offset(&shot.camera, &shot.camera_from_board, &at, shot.radius).unwrap()
+        } else {
+            Vector2::zeros()
+        }
     };
     assigned.corners.iter().map(|c| (c.px - shift(of(c.index)) - truth[of(c.index)], c.sigma_px)).collect()
 }
@@ -58,8 +62,13 @@ fn rms(errors: &[(Vector2<f64>, f64)]) -> f64 {
     (errors.iter().map(|e| e.0.norm_squared()).sum::<f64>() / errors.len() as f64).sqrt()
 }
 
-pub(super) const POSES: [([f64; 3], f64); 5] =
-    [([0.0, 0.0, 0.0], 9.0), ([30.0, 0.0, 10.0], 9.0), ([0.0, -45.0, 30.0], 8.0), ([25.0, 25.0, 100.0], 12.0), ([-40.0, 20.0, -15.0], 20.0)];
+pub(super) const POSES: [([f64; 3], f64); 5] = [
+    ([0.0, 0.0, 0.0], 9.0),
+    ([30.0, 0.0, 10.0], 9.0),
+    ([0.0, -45.0, 30.0], 8.0),
+    ([25.0, 25.0, 100.0], 12.0),
+    ([-40.0, 20.0, -15.0], 20.0),
+];
 
 #[test]
 fn centres_are_right_under_every_degradation() {

@@ -21,7 +21,8 @@ fn board(kind: Kind, cols: u32, rows: u32) -> CircleBoard {
 fn view(board: CircleBoard, euler_deg: [f64; 3], middle: [f64; 3]) -> Shot {
     let pose = Pose::from_euler_deg(euler_deg, Vector3::zeros());
     let [w, h] = board.extent().map(|v| f64::from(v - 1) / 2.0);
-    let camera_from_board = Pose { translation: Vector3::from(middle) - pose.rotation * Vector3::new(w, h, 0.0), ..pose };
+    let camera_from_board =
+        Pose { translation: Vector3::from(middle) - pose.rotation * Vector3::new(w, h, 0.0), ..pose };
     Shot { board, camera_from_board, radius: 0.28 * board.pitch(), noise: 2.0, ..shot([0.0; 3], 9.0) }
 }
 
@@ -39,7 +40,9 @@ fn right(shot: &Shot, found: &Assigned) -> bool {
             _ => [y, w - 1 - x],
         };
         found.corners.iter().all(|c| {
-            shot.board.at(turned(shot.board.place(c.index))).is_some_and(|i| (measured(i) - c.px).norm() < 0.3)
+            shot.board
+                .at(turned(shot.board.place(c.index)))
+                .is_some_and(|i| (measured(i) - c.px).norm() < 0.3)
         })
     });
     let rights: Vec<bool> = orders.collect();
@@ -59,16 +62,31 @@ fn whole_boards_of_both_kinds_and_polarities() {
         (board(Kind::Asymmetric, 7, 6), 16.0),
     ] {
         for levels in [[30.0, 200.0], [220.0, 60.0]] {
-            for euler in [[0.0, 0.0, 0.0], [0.0, 0.0, 45.0], [50.0, 10.0, 80.0], [-20.0, 55.0, -130.0], [10.0, -35.0, 180.0]] {
+            for euler in [
+                [0.0, 0.0, 0.0],
+                [0.0, 0.0, 45.0],
+                [50.0, 10.0, 80.0],
+                [-20.0, 55.0, -130.0],
+                [10.0, -35.0, 180.0],
+            ] {
                 let s = Shot { levels, clutter: 12, ..view(b, euler, [0.2, -0.1, middle]) };
                 let found = detect(&s.picture());
                 let grid = found.grid.unwrap_or_else(|| panic!("{b} {levels:?} {euler:?}: {}", found.why));
                 assert_eq!(grid.dark, levels[0] < levels[1]);
                 let got = grid.assign(b).unwrap_or_else(|e| panic!("{b} {levels:?} {euler:?}: {e}"));
-                assert!(got.full && right(&s, &got), "{b} {levels:?} {euler:?}: {} of {}", got.corners.len(), b.len());
+                assert!(
+                    got.full && right(&s, &got),
+                    "{b} {levels:?} {euler:?}: {} of {}",
+                    got.corners.len(),
+                    b.len()
+                );
                 assert_eq!(got.order_is_a_choice, b.rotations() > 1, "{b}");
                 let choice = board_of(&[&grid]).unwrap();
-                assert_eq!((choice.board, choice.seen_whole, choice.doubts.as_str()), (b, 1, ""), "{euler:?}");
+                assert_eq!(
+                    (choice.board, choice.seen_whole, choice.doubts.as_str()),
+                    (b, 1, ""),
+                    "{euler:?}"
+                );
                 let radius = bias::radius_of(&[&grid], b).unwrap() / s.radius;
                 assert!((radius - 1.0).abs() < 0.03, "{b} {levels:?} {euler:?}: {radius}");
             }
@@ -103,9 +121,6 @@ fn missing_dots_are_missing_and_shift_nothing() {
             let n = missing.len();
             let s = Shot { missing, ..view(b, [20.0, -25.0, 15.0], [0.0, 0.0, 12.0]) };
             let grid = detect(&s.picture()).grid.unwrap();
-            for c in s.centers() {
-                if grid.dots.iter().all(|d| (d.px - c).norm() > 4.0) { println!("{b} {n} missing at {c:?}"); }
-            }
             assert_eq!(grid.dots.len() + n, b.len(), "{b}");
             if let Ok(got) = grid.assign(b) {
                 assert!(!got.full && right(&s, &got), "{b}");
@@ -116,29 +131,34 @@ fn missing_dots_are_missing_and_shift_nothing() {
 
 #[test]
 fn a_lens_that_bends_like_a_fisheye() {
-    // 140° across: r(θ) of an equidistant lens by five terms.
-    let camera =
-        Camera::new(Model::Brown5, [800, 800], vec![330.0, 330.0, 400.0, 400.0, -0.33, 0.135, 0.0, 0.0, -0.0205]).unwrap();
+    // Equidistant up to 58° from the axis; it folds at 60°.
+    let camera = Camera::new(
+        Model::Brown5,
+        [800, 800],
+        vec![330.0, 330.0, 400.0, 400.0, -0.33, 0.135, 0.0, 0.0, -0.0205],
+    )
+    .unwrap();
     for b in [board(Kind::Symmetric, 11, 9), board(Kind::Asymmetric, 6, 13)] {
-        for (euler, distance) in [([0.0, 0.0, 0.0], 4.5), ([25.0, 10.0, 30.0], 6.5), ([0.0, -35.0, 90.0], 7.5)] {
+        for (euler, distance) in
+            [([0.0, 0.0, 0.0], 5.3), ([25.0, 10.0, 30.0], 8.5), ([0.0, -35.0, 90.0], 9.5)]
+        {
             let s = Shot { camera: camera.clone(), ..view(b, euler, [0.0, 0.0, distance]) };
             let grid = detect(&s.picture()).grid.unwrap();
             let got = grid.assign(b).unwrap();
-            for (i, c) in s.centers().iter().enumerate() {
-                if got.corners.iter().all(|k| k.index != i as u32) {
-                    println!("{b} {euler:?}: {i} at {c:?} is missing");
-                }
-            }
-            assert!(got.full && right(&s, &got), "{b} {euler:?}: {} of {}", got.corners.len(), b.len());
+            println!("{b} {euler:?}: {} of {}", got.corners.len(), b.len());
+            assert!(right(&s, &got) && got.full, "{b} {euler:?}");
         }
     }
 }
 
 #[test]
 fn dots_of_any_size_are_found() {
-    for (size, f, distance, radius) in
-        [([640, 480], 400.0, 40.0, 0.3), ([640, 480], 400.0, 48.0, 0.3), ([1600, 1200], 1000.0, 4.6, 0.36), ([2400, 1800], 1500.0, 100.0, 0.25)]
-    {
+    for (size, f, distance, radius) in [
+        ([640, 480], 400.0, 40.0, 0.3),
+        ([640, 480], 400.0, 48.0, 0.3),
+        ([1600, 1200], 1000.0, 4.6, 0.36),
+        ([2400, 1800], 1500.0, 100.0, 0.25),
+    ] {
         let params = vec![f, f, f64::from(size[0]) / 2.0, f64::from(size[1]) / 2.0];
         let camera = Camera::new(Model::Pinhole, size, params).unwrap();
         let b = board(Kind::Symmetric, 5, 4);
@@ -157,7 +177,15 @@ fn depth_and_rotation_do_not_matter() {
     let s = view(board(Kind::Asymmetric, 4, 7), [20.0, 30.0, 10.0], [0.0, 0.0, 10.0]);
     let Gray::U8(p) = s.picture() else { panic!() };
     let places = |picture: &Gray| -> BTreeMap<u32, Vector2<f64>> {
-        detect(picture).grid.unwrap().assign(s.board).unwrap().corners.iter().map(|c| (c.index, c.px)).collect()
+        detect(picture)
+            .grid
+            .unwrap()
+            .assign(s.board)
+            .unwrap()
+            .corners
+            .iter()
+            .map(|c| (c.index, c.px))
+            .collect()
     };
     let plain = places(&Gray::U8(p.clone()));
     let deep = places(&Gray::U16(p.map(|v| 300 + 16 * u16::from(v))));
@@ -201,10 +229,13 @@ fn what_is_no_board_of_circles() {
         ("small squares", of(|x, y| (x % 16.0 - 8.0).abs() < 3.5 && (y % 16.0 - 8.0).abs() < 3.5)),
         ("diamonds", of(|x, y| (x % 30.0 - 15.0).abs() + (y % 30.0 - 15.0).abs() < 9.0)),
         ("checkerboard", of(|x, y| (x % 40.0 < 20.0) == (y % 40.0 < 20.0))),
-        ("hexagonal dots", of(|x, y| {
-            let row = (y / 26.0).floor();
-            ((x + 15.0 * (row % 2.0)) % 30.0 - 15.0).hypot(y % 26.0 - 13.0) < 8.0
-        })),
+        (
+            "hexagonal dots",
+            of(|x, y| {
+                let row = (y / 26.0).floor();
+                ((x + 15.0 * (row % 2.0)) % 30.0 - 15.0).hypot(y % 26.0 - 13.0) < 8.0
+            }),
+        ),
         ("ellipses", of(|x, y| ((x % 30.0 - 15.0) / 10.0).hypot((y % 30.0 - 15.0) / 5.0) < 1.0)),
     ];
     for (name, picture) in pictures {
@@ -241,5 +272,8 @@ fn corrected_observations_are_the_projected_centres() {
     assert!(rms(&seen[0]) > 0.05 && rms(&fixed[0]) < 0.01);
     // Without pose nothing changes.
     assert_eq!(bias::corrected(&seen, &cameras, &[], &points, s.radius), seen);
-    assert!(bias::offset(&s.camera, &s.camera_from_board, &Point2::new(0.0, 0.0), 0.0).is_none_or(|d| d.norm() < 1e-9));
+    assert!(
+        bias::offset(&s.camera, &s.camera_from_board, &Point2::new(0.0, 0.0), 0.0)
+            .is_none_or(|d| d.norm() < 1e-9)
+    );
 }

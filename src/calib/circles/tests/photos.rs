@@ -37,7 +37,13 @@ fn pictures(set: &str) -> Vec<(String, Gray)> {
 
 fn say(name: &str, found: &Detection) -> String {
     match &found.grid {
-        Some(g) => format!("{name}: {:?} {} dots, radius {:.2}, {} blanks", g.size, g.dots.len(), g.radius, g.blanks.len()),
+        Some(g) => format!(
+            "{name}: {:?} {} dots, radius {:.2}, {} blanks",
+            g.size,
+            g.dots.len(),
+            g.radius,
+            g.blanks.len()
+        ),
         None => format!("{name}: {}", found.why),
     }
 }
@@ -46,7 +52,8 @@ fn say(name: &str, found: &Detection) -> String {
 fn published(name: &str) -> ([u32; 2], Vec<Vector2<f64>>) {
     let file = name.replace("acircles", "acircles_corners").replace(".png", ".dat");
     let text = std::fs::read_to_string(data("opencv_acircles").unwrap().join(file)).unwrap();
-    let number = |key: &str| text.split(key).nth(1).unwrap().split_whitespace().next().unwrap().parse().unwrap();
+    let number =
+        |key: &str| text.split(key).nth(1).unwrap().split_whitespace().next().unwrap().parse().unwrap();
     let list = text.split('[').nth(1).unwrap().split(']').next().unwrap();
     let v: Vec<f64> = list.split(',').map(|v| v.trim().parse().unwrap()).collect();
     ([number("cols:"), number("rows:")], v.chunks(2).map(|c| Vector2::new(c[0], c[1])).collect())
@@ -66,7 +73,10 @@ fn asymmetric_boards_are_found_as_opencv_has_them() {
         assert!(got.full && !got.order_is_a_choice, "{name}");
         let off: Vec<f64> = got.corners.iter().map(|c| (c.px - want[c.index as usize]).norm()).collect();
         let mean = off.iter().sum::<f64>() / off.len() as f64;
-        println!("  from OpenCV's centres: mean {mean:.3}, largest {:.3} px", off.iter().fold(0.0f64, |m, v| m.max(*v)));
+        println!(
+            "  from OpenCV's centres: mean {mean:.3}, largest {:.3} px",
+            off.iter().fold(0.0f64, |m, v| m.max(*v))
+        );
         assert!(off.iter().all(|d| *d < 0.6) && mean < 0.2, "{name}: {mean}");
         assert_eq!(board_of(&[&grid]).unwrap().board, board, "{name}");
         grids.push(grid);

@@ -87,7 +87,8 @@ impl Shot {
             for x in 0..w {
                 sum += ink[y * (w + 2) + x];
                 let cover = f64::abs(sum).min(1.0);
-                let light = 1.0 + self.slope * (x as f64 / w as f64 - 0.5 + 0.5 * (y as f64 / h as f64 - 0.5));
+                let light =
+                    1.0 + self.slope * (x as f64 / w as f64 - 0.5 + 0.5 * (y as f64 / h as f64 - 0.5));
                 let level = (self.levels[1] + (self.levels[0] - self.levels[1]) * cover) * light;
                 out.row_mut(y)[x] = level as f32;
             }
