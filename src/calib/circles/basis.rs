@@ -89,7 +89,7 @@ fn reduced(gram: Matrix2<f64>) -> Option<Matrix2<f64>> {
             (p, q) = (q, -p);
         }
         let short = product(p, p);
-        if !(short > 0.0) {
+        if short <= 0.0 || !short.is_finite() {
             return None;
         }
         let steps = (product(p, q) / short).round();

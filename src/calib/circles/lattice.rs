@@ -239,7 +239,7 @@ mod tests {
     use super::*;
 
     fn spot(x: f64, y: f64, ellipse: [f64; 3]) -> Spot {
-        Spot { px: Vector2::new(x, y), ellipse, contrast: 50.0, dark: true }
+        Spot { px: Vector2::new(x, y), ellipse, contrast: 50.0, dark: true, filled: 1.0 }
     }
 
     #[test]

@@ -29,6 +29,8 @@ pub(super) struct Spot {
     pub(super) contrast: f64,
     /// Darker than its surroundings.
     pub(super) dark: bool,
+    /// Its area over that of the ellipse.
+    pub(super) filled: f64,
 }
 
 impl Spot {
@@ -206,13 +208,13 @@ impl Sums {
             4.0 * (self.xy as f64 / n - px.x * px.y),
             4.0 * (self.yy as f64 / n - px.y * px.y + 1.0 / 12.0),
         ];
-        let spot =
-            Spot { px, ellipse: q, contrast: self.off as f64 / (n * ((2 * HALF + 1) as f64).powi(2)), dark };
+        let contrast = self.off as f64 / (n * ((2 * HALF + 1) as f64).powi(2));
+        let mut spot = Spot { px, ellipse: q, contrast, dark, filled: 0.0 };
         let area = spot.area();
+        spot.filled = n / (std::f64::consts::PI * area);
         // (largest + smallest)² / (largest · smallest) of the axes' squares.
         let slim = (q[0] + q[2]) / area;
-        let filled = FILLED.contains(&(n / (std::f64::consts::PI * area)));
-        (filled && slim < SLIM + 1.0 / SLIM).then_some(spot)
+        (FILLED.contains(&spot.filled) && slim < SLIM + 1.0 / SLIM).then_some(spot)
     }
 }
 

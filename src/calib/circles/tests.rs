@@ -2,5 +2,6 @@
 
 mod accuracy;
 mod boards;
+mod estimators;
 mod photos;
 mod render;

@@ -131,6 +131,11 @@ fn what_is_no_grid_of_circles_is_refused_with_a_reason() {
     }
 }
 
+fn cpu_ms() -> f64 {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    now.tv_sec as f64 * 1e3 + now.tv_nsec as f64 / 1e6
+}
+
 /// CPU time of the sets of circles, to be set beside OpenCV's in the same minute; alone, in a release build.
 #[test]
 #[ignore = "a measurement"]
@@ -139,12 +144,12 @@ fn speed() {
         let all = pictures(set);
         let mut best = f64::MAX;
         for _ in 0..5 {
-            let start = std::time::Instant::now();
+            let start = cpu_ms();
             for (_, picture) in &all {
                 std::hint::black_box(detect(picture));
             }
-            best = best.min(start.elapsed().as_secs_f64());
+            best = best.min(cpu_ms() - start);
         }
-        println!("{set}: {:.2} ms a picture", 1e3 * best / all.len().max(1) as f64);
+        println!("{set}: {:.2} ms a picture", best / all.len().max(1) as f64);
     }
 }
