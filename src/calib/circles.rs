@@ -13,6 +13,8 @@ mod assign;
 mod basis;
 pub mod bias;
 mod board;
+mod choice;
+mod complete;
 mod ellipse;
 mod lattice;
 mod predict;
@@ -24,8 +26,9 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use super::image::Gray;
-pub use assign::{Assigned, BoardChoice, board_of};
+pub use assign::Assigned;
 pub use board::{CircleBoard, Kind};
+pub use choice::{BoardChoice, board_of};
 
 /// What was found in a picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

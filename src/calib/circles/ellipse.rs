@@ -14,16 +14,16 @@
 //! extraction", MVA 21, 2009) err by 1.2 to 3 times as much; moments of the grey values are more exact without noise and
 //! slope of the light, and useless with (`tests/estimators.rs`).
 
-use nalgebra::{SMatrix, SVector, Vector2};
+mod model;
+mod normal;
+
+use nalgebra::Vector2;
 
 use crate::calib::image::{Plane, Sample};
+use model::{Model, pixels};
+pub(super) use model::{minor, root};
+use normal::{N, SHARPEST, Sums};
 
-/// Parameters: centre, W₁₁ W₁₂ W₂₂, ln t, i, o, h.
-const N: usize = 10;
-type Step = SVector<f64, N>;
-
-/// Blur of a picture that is not blurred: the pixel's own, px.
-const SHARPEST: f64 = 0.289;
 /// Pixels farther from the boundary than this many blurs plus one pixel say nothing of it.
 const BAND: f64 = 3.0;
 /// Most iterations with free blur.
@@ -79,164 +79,6 @@ impl Dot {
     /// Outside minus inside.
     pub(super) fn contrast(&self) -> f64 {
         self.levels[1] - self.levels[0]
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Model {
-    /// Pixels farther from the boundary are left out, px.
-    band: f64,
-    c: Vector2<f64>,
-    w: [f64; 3],
-    t: f64,
-    i: f64,
-    o: f64,
-    h: Vector2<f64>,
-}
-
-/// One pixel: residual, derivatives, and where it lies.
-struct Pixel {
-    residual: f64,
-    by: [f64; N],
-    /// Derivative by a move of the boundary outwards, in radii, negative; angle in the frame of the ellipse.
-    by_radius: f64,
-    angle: [f64; 2],
-}
-
-/// W of an ellipse.
-pub(super) fn root([a, b, c]: [f64; 3]) -> Option<[f64; 3]> {
-    // Q⁻¹ = Wᵀ W with W upper triangular.
-    let det = a * c - b * b;
-    if !(det > 1e-9 && a > 0.0) {
-        return None;
-    }
-    let w11 = (c / det).sqrt();
-    let w12 = -b / (det * w11);
-    let w22 = (a / det - w12 * w12).max(0.0).sqrt();
-    (w11.is_finite() && w22 > 0.0).then_some([w11, w12, w22])
-}
-
-impl Model {
-    /// Q.
-    fn ellipse(&self) -> [f64; 3] {
-        let [a, b, c] = self.w;
-        // W⁻¹ = [1/a, −b/(a c); 0, 1/c].
-        let (p, q, r) = (1.0 / a, -b / (a * c), 1.0 / c);
-        [p * p + q * q, q * r, r * r]
-    }
-
-    /// Shorter half-axis, px.
-    fn minor(&self) -> f64 {
-        minor(self.ellipse())
-    }
-
-    fn pixel(&self, x: Vector2<f64>, origin: Vector2<f64>, value: f64, reach: f64) -> Option<Pixel> {
-        let u = x - self.c;
-        let [w11, w12, w22] = self.w;
-        let v = Vector2::new(w11 * u.x + w12 * u.y, w22 * u.y);
-        let rho = v.norm();
-        if rho > reach {
-            return None;
-        }
-        let v = if rho > 1e-9 { v / rho } else { Vector2::x() };
-        let g = Vector2::new(w11 * v.x, w12 * v.x + w22 * v.y);
-        let steep = g.norm();
-        let plain = (rho - 1.0) / steep;
-        if plain.abs() > self.band {
-            return None;
-        }
-        let t = self.t;
-        let det = (w11 * w22).powi(2);
-        let bend = (t * t * det / steep.powi(3)).min(t);
-        let z = (plain + 0.5 * bend) / t;
-        let (p, density) = normal(z);
-        let light = 1.0 + self.h.dot(&(x - origin));
-        let level = self.i + (self.o - self.i) * p;
-        let contrast = (self.o - self.i) * light;
-        // ∂I/∂f, and f by the parameters.
-        let by_f = contrast * density / t;
-        let k = by_f / steep;
-        let u0 = x - origin;
-        let by = [
-            -k * g.x,
-            -k * g.y,
-            k * v.x * u.x,
-            k * v.x * u.y,
-            k * v.y * u.y,
-            contrast * density * (bend / t - z),
-            (1.0 - p) * light,
-            p * light,
-            level * u0.x,
-            level * u0.y,
-        ];
-        Some(Pixel { residual: value - level * light, by, by_radius: -k, angle: [v.x, v.y] })
-    }
-}
-
-pub(super) fn minor([a, b, c]: [f64; 3]) -> f64 {
-    let half = 0.5 * (a + c);
-    (half - (0.25 * (a - c).powi(2) + b * b).sqrt()).max(0.0).sqrt()
-}
-
-/// Φ(z) and φ(z). Abramowitz & Stegun 7.1.26, |error| < 2e-7.
-fn normal(z: f64) -> (f64, f64) {
-    let e = (-0.5 * z * z).exp();
-    let k = 1.0 / (1.0 + 0.327_591_1 * std::f64::consts::FRAC_1_SQRT_2 * z.abs());
-    let poly = k
-        * (0.254_829_592
-            + k * (-0.284_496_736 + k * (1.421_413_741 + k * (-1.453_152_027 + k * 1.061_405_429))));
-    let tail = 0.5 * poly * e;
-    (if z > 0.0 { 1.0 - tail } else { tail }, 0.398_942_280_401_432_7 * e)
-}
-
-/// Pixels of every `stride`-th row and column that lie within the band.
-fn pixels<T: Sample>(
-    picture: &Plane<T>,
-    model: &Model,
-    origin: Vector2<f64>,
-    reach: f64,
-    stride: usize,
-    mut each: impl FnMut(&Pixel),
-) {
-    let band = model.band;
-    let short = model.minor().max(1e-6);
-    let outer = (1.0 + band / short).min(reach);
-    let inner = 1.0 - band / short;
-    let [qxx, qxy, qyy] = model.ellipse();
-    let tall = outer * qyy.sqrt();
-    let first = (model.c.y - tall).ceil().max(0.0);
-    let last = (model.c.y + tall).floor().min(picture.height() as f64 - 1.0);
-    if first > last || !last.is_finite() {
-        return;
-    }
-    let thin = (qxx - qxy * qxy / qyy).max(0.0);
-    let right = picture.width() as f64 - 1.0;
-    for y in (first as usize..=last as usize).step_by(stride) {
-        let dy = y as f64 - model.c.y;
-        let middle = model.c.x + dy * qxy / qyy;
-        let half = |rho: f64| (thin * (rho * rho - dy * dy / qyy)).max(0.0).sqrt();
-        let (wide, hole) = (half(outer), if inner > 0.0 { half(inner) } else { 0.0 });
-        let row = picture.row(y);
-        let mut span = |from: f64, to: f64| {
-            let (from, to) = (from.ceil().max(0.0), to.floor().min(right));
-            if from > to || !to.is_finite() {
-                return;
-            }
-            let from = (from as usize).next_multiple_of(stride);
-            for x in (from..=to as usize).step_by(stride) {
-                let at = Vector2::new(x as f64, y as f64);
-                let Some(value) = row.get(x) else { return };
-                if let Some(p) = model.pixel(at, origin, f64::from(value.to_f32()), reach) {
-                    each(&p);
-                }
-            }
-        };
-        if hole > 1.0 {
-            span(middle - wide, middle - hole);
-            span((middle + hole).floor() + 0.5, middle + wide);
-        } else {
-            span(middle - wide, middle + wide);
-        }
     }
 }
 
@@ -330,100 +172,6 @@ fn descend<T: Sample>(picture: &Plane<T>, mut m: Model, start: &Start) -> Option
         }
     }
     None
-}
-
-impl Model {
-    /// One step on; `None` where it leads nowhere.
-    fn moved(&self, d: &Step, start: &Start) -> Option<Self> {
-        let mut m = *self;
-        let short = m.minor();
-        let centre = Vector2::new(d[0], d[1]);
-        let scale = (0.4 * short.max(m.t) / centre.norm().max(1e-9)).min(1.0);
-        m.c += centre * scale;
-        let size = (m.w[0] * m.w[2]).sqrt();
-        for k in 0..3 {
-            let most = 0.3 * size.max(m.w[k].abs());
-            m.w[k] += d[2 + k].clamp(-most, most) * scale;
-        }
-        m.t = (m.t * d[5].clamp(-0.5, 0.5).exp()).clamp(SHARPEST, short.max(1.0));
-        m.i += d[6];
-        m.o += d[7];
-        m.h += Vector2::new(d[8], d[9]);
-        let sane = m.c.iter().chain(&m.w).all(|v| v.is_finite())
-            && m.w[0] > 0.0
-            && m.w[2] > 0.0
-            && m.i.is_finite()
-            && m.o.is_finite()
-            && (m.c - start.px).norm_squared() < start.ellipse[0] + start.ellipse[2];
-        sane.then_some(m)
-    }
-}
-
-/// The normal equations of a model.
-struct Sums {
-    /// Lower triangle.
-    normal: [[f64; N]; N],
-    right: [f64; N],
-    rss: f64,
-    n: usize,
-}
-
-impl Sums {
-    fn of<T: Sample>(picture: &Plane<T>, m: &Model, start: &Start, stride: usize) -> Self {
-        let (mut normal, mut right, mut rss, mut n) = ([[0.0; N]; N], [0.0; N], 0.0, 0);
-        pixels(picture, m, start.px, start.reach, stride, |p| {
-            for a in 0..N {
-                for b in 0..=a {
-                    normal[a][b] += p.by[a] * p.by[b];
-                }
-                right[a] += p.by[a] * p.residual;
-            }
-            rss += p.residual * p.residual;
-            n += 1;
-        });
-        Self { normal, right, rss, n }
-    }
-
-    fn mean(&self) -> f64 {
-        self.rss / self.n.max(1) as f64
-    }
-
-    /// Gauss–Newton's step with the diagonal raised by `damping`; `free`: x, y, shape, blur, levels, light.
-    fn step(&self, m: &Model, free: [bool; 6], damping: f64) -> Option<Step> {
-        if self.n < 2 * N {
-            return None;
-        }
-        let mut held = [0, 1, 2, 2, 2, 3, 4, 4, 5, 5].map(|k: usize| !free[k]);
-        let step = self.solve(&held, damping)?;
-        // An active bound: the blur is taken out of the system, not cut afterwards.
-        if m.t <= SHARPEST * 1.0001 && step[5] < 0.0 {
-            held[5] = true;
-            return self.solve(&held, damping);
-        }
-        Some(step)
-    }
-
-    /// Solves for the parameters that are not held; the others do not move.
-    fn solve(&self, held: &[bool; N], damping: f64) -> Option<Step> {
-        let (a, scale) = self.scaled(held, damping)?;
-        let b = Step::from_fn(|k, _| if held[k] { 0.0 } else { self.right[k] * scale[k] });
-        Some(a.cholesky()?.solve(&b).component_mul(&scale))
-    }
-
-    /// The normal matrix with a diagonal of ones, and the scale of each parameter.
-    fn scaled(&self, held: &[bool; N], damping: f64) -> Option<(SMatrix<f64, N, N>, Step)> {
-        let scale = Step::from_fn(|k, _| if held[k] { 1.0 } else { 1.0 / self.normal[k][k].sqrt() });
-        if !scale.iter().all(|s| s.is_finite()) {
-            return None;
-        }
-        let a = SMatrix::from_fn(|r, c| match (r == c, held[r] || held[c]) {
-            (true, true) => 1.0,
-            (true, false) => 1.0 + 1e-10 + damping,
-            (false, true) => 0.0,
-            (false, false) => self.normal[r.max(c)][r.min(c)] * scale[r] * scale[c],
-        });
-        Some((a, scale))
-    }
 }
 
 /// Covariance, residual and the shape of the outline at the solution; `None` where it is no dot.
