@@ -9,12 +9,12 @@ mod complete;
 mod ends;
 pub mod gradient;
 mod grow;
-pub(super) mod pyramid;
+pub(in crate::calib) mod pyramid;
 mod reason;
 mod response;
 mod saddle;
 mod search;
-pub(super) mod sheet;
+pub(in crate::calib) mod sheet;
 pub mod strip;
 
 use std::{fmt, str::FromStr};

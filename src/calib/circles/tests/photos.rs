@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 
 use crate::calib::{
     circles::{CircleBoard, Detection, Kind, bias::radius_of, board_of, detect},
-    image::Gray,
+    image::{Gray, Plane},
     target::BoardSize,
 };
 use crate::job::photo::{self, Colours};
@@ -151,5 +151,16 @@ fn speed() {
             best = best.min(cpu_ms() - start);
         }
         println!("{set}: {:.2} ms a picture", best / all.len().max(1) as f64);
+    }
+    // 24 MP: dots of 6 px in a corner of it, and rough texture without any.
+    let dots = Plane::from_fn(6000, 4000, |x, y| {
+        let off = (x as f64 % 14.0 - 7.0).hypot(y as f64 % 14.0 - 7.0);
+        if x < 140 && y < 98 { (220.0 - 190.0 * (3.5 - off).clamp(0.0, 1.0)) as u8 } else { 220 }
+    });
+    let texture = Plane::from_fn(6000, 4000, |x, y| ((x * 7919 + y * 104_729 + x * y) % 251) as u8);
+    for (name, picture) in [("dots", dots), ("texture", texture)] {
+        let (picture, start) = (Gray::U8(picture), cpu_ms());
+        let found = detect(&picture);
+        println!("24 MP: {} {:.0} ms", say(name, &found), cpu_ms() - start);
     }
 }
