@@ -9,12 +9,12 @@ mod complete;
 mod ends;
 pub mod gradient;
 mod grow;
-pub(in crate::calib) mod pyramid;
+pub(in crate) mod pyramid;
 mod reason;
-pub(in crate::calib) mod response;
-pub(in crate::calib) mod saddle;
+pub(in crate) mod response;
+pub(in crate) mod saddle;
 mod search;
-mod sheet;
+pub(in crate) mod sheet;
 pub mod strip;
 
 use std::{fmt, str::FromStr};

@@ -9,7 +9,7 @@ use super::{
     dictionary::Dictionary,
     place::{Nearby, Placed, place},
 };
-use crate::calib::observation::Corner;
+use crate::observation::Corner;
 
 /// A grid of markers, row by row from the upper left. Its index is `4 · position + corner`, the corners clockwise from the upper left.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Sighting, dictionary::Dictionary};
 pub use super::{aprilgrid::AprilGrid, aruco_grid::ArucoGrid, charuco::Charuco};
-use crate::calib::observation::Corner;
+use crate::observation::Corner;
 
 /// A board made of markers. Its frame is that of all boards: x along the columns, y along the rows (down, as the board is read),
 /// z = 0; lengths are in the unit of the board.

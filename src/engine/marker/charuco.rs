@@ -9,7 +9,7 @@ use super::{
     dictionary::Dictionary,
     place::{Group, Nearby, place},
 };
-use crate::calib::{homography::apply, observation::Corner};
+use crate::{homography::apply, observation::Corner};
 
 /// Largest distance of a corner from where the markers around it have it, in squares and in px.
 const OFF: (f64, f64) = (0.16, 1.5);

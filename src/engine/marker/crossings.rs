@@ -1,7 +1,7 @@
 //! Crossings of edges near markers, whatever the board: inner corners of a ChArUco board, corners of AprilGrid tags.
 //!
 //! Places come from two sides: the corner of a mark that a black square touches from outside, and the peaks of the response of a
-//! checkerboard detector ([`crate::calib::detect`]) between marks. Linked to their neighbours they are refined as the corners of a
+//! checkerboard detector ([`crate::detect`]) between marks. Linked to their neighbours they are refined as the corners of a
 //! checkerboard are: along their edges, with the curvature that the neighbours show.
 
 use std::borrow::Cow;
@@ -14,7 +14,7 @@ use super::{
     links::Links,
     outline::{bilinear, square_to},
 };
-use crate::calib::{
+use crate::{
     detect::{
         pyramid::noise,
         response::{RING, SMALL_RING, peaks, response, vertex},

@@ -8,7 +8,7 @@
 use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
-use crate::calib::{Error, Result};
+use crate::{Error, Result};
 
 static CODES: &[u8] = include_bytes!("../../../assets/dictionaries/codes.bin");
 

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use nalgebra::Vector2;
 
 use super::crossings::Place;
-use crate::calib::{
+use crate::{
     detect::strip::{self, Arms, Fit, Start, refine_with},
     image::{Plane, Sample},
 };

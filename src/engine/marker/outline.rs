@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use crate::calib::image::{Plane, Sample};
+use crate::image::{Plane, Sample};
 
 /// Part of a side, from its middle, that is looked at: corners are round.
 const PART: f64 = 0.86;

@@ -7,7 +7,7 @@
 use nalgebra::{Matrix3, Vector2};
 
 use super::{Sighting, board::Layout};
-use crate::calib::homography::{self, apply};
+use crate::homography::{self, apply};
 
 /// A marker of the board as the picture shows it.
 #[derive(Clone, Copy, Debug)]

@@ -12,7 +12,7 @@ use super::{
     dictionary::Bits,
     outline::{Chart, bilinear},
 };
-use crate::calib::image::Plane;
+use crate::image::Plane;
 
 /// Cells along a side and width of the border that are tried, by the cells along both borders and the code.
 const LAYOUTS: [(usize, &[(u8, u8)]); 6] = [

@@ -7,7 +7,7 @@
 
 use nalgebra::Vector2;
 
-use crate::calib::image::Plane;
+use crate::image::Plane;
 
 /// Side of a tile, px.
 const TILE: usize = 4;

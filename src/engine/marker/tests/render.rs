@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::super::board::{Layout, MarkerBoard};
-use crate::calib::image::Plane;
+use crate::image::Plane;
 
 /// How a board is seen.
 #[derive(Clone)]
