@@ -37,7 +37,8 @@ pub(super) struct Args {
     paths: Vec<PathBuf>,
     #[command(flatten)]
     board: args::Board,
-    /// Camera model: pinhole, brown5 (k1 k2 p1 p2 k3), or auto for the simplest that suffices
+    /// Camera model: pinhole, radial1, radial2, radial3, brown3, brown4, brown5 (k1 k2 p1 p2 k3), rational, thinprism, tilted, eucm,
+    /// ds, kb4 (fisheye), or auto for the simplest of pinhole, brown5 and kb4 that suffices
     #[arg(long, value_name = "MODEL", default_value = "brown5")]
     model: ModelArg,
     /// Hold or tie parameters: fx=fy,cx,cy,k3=0

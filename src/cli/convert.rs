@@ -9,12 +9,13 @@ use std::{
 use super::{files, print, say};
 use crate::calib::{
     Error, Result,
+    camera::Model,
     format::{self, Destination, Export},
     number::within_px,
 };
 use crate::job::store;
 
-/// Convert a camera file, and scale or crop the camera
+/// Convert a camera file, refit it to another model, scale or crop the camera
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// Camera file of any format: opencv, ros, kalibr, colmap, nerfstudio, straightedge, mrcal, matlab, metashape, basalt
@@ -29,6 +30,9 @@ pub(super) struct Args {
     /// The camera of the same pictures resized by this factor, after the crop
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     scale: Option<f64>,
+    /// The camera of another model that follows it best over the picture; the error is told
+    #[arg(long, value_name = "MODEL")]
+    model: Option<Model>,
 }
 
 /// `x,y,width,height`.
@@ -50,7 +54,7 @@ impl FromStr for Crop {
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
-    let Args { input, output, crop, scale } = args;
+    let Args { input, output, crop, scale, model } = args;
     let path = Path::new(&output.path);
     files::may_write(path, [input.as_path()])?;
     let mut file = files::camera(input)?;
@@ -59,6 +63,14 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     if let Some(scale) = scale {
         file = file.scaled(*scale)?;
+    }
+    if let Some(model) = model {
+        let (camera, error) = file.camera.refit(*model)?;
+        file.notes.push(format!("{} for {}: {error}", model.spec().title, file.camera.spec().title));
+        // What was known of the terms is not known of others.
+        file.evidence.sigma.clear();
+        (file.evidence.covariance, file.evidence.free) = (None, Vec::new());
+        file.camera = camera;
     }
     let export = Export { camera: &file.camera, evidence: &file.evidence, report: None };
     let written = format::write(output.format, &export)?;

@@ -18,6 +18,7 @@ mod prepare;
 mod robust;
 mod start;
 
+use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -30,7 +31,7 @@ use super::{
     stats::indistinct,
     target::Target,
 };
-pub use choose::simplest_sufficient;
+pub use choose::{simplest_sufficient, worth_trying};
 use options::Constraints;
 pub use options::{Fix, Loss, Options, Precision, Weights, check_fixes, parse_fixes};
 pub use pose::pose_of;
@@ -254,7 +255,10 @@ fn warnings(result: &Calibration) -> Vec<Warning> {
     let camera = &result.camera;
     let [w, h] = camera.size_px.map(f64::from);
     let [fx, fy, ..] = camera.intrinsics();
-    if !(0.3..=10.0).contains(&(fx / w)) || !(0.3..=10.0).contains(&(fy / w)) {
+    let perspective = camera.spec().perspective;
+    // A circular fisheye of 230° that fills a third of the width has a tenth of it.
+    let lenses = if perspective { 0.3..=10.0 } else { 0.1..=10.0 };
+    if !lenses.contains(&(fx / w)) || !lenses.contains(&(fy / w)) {
         list.push(Warning::new(
             "focal_absurd",
             format!(
@@ -272,11 +276,22 @@ fn warnings(result: &Calibration) -> Vec<Warning> {
             ),
         ));
     }
-    let border = (0..=20).flat_map(|i| {
-        let t = f64::from(i) / 20.0;
-        [[t * (w - 1.0), 0.0], [t * (w - 1.0), h - 1.0], [0.0, t * (h - 1.0)], [w - 1.0, t * (h - 1.0)]]
+    let border = (0..84).map(|i| {
+        let t = f64::from(i % 21) / 20.0;
+        let turn = f64::from(i) / 84.0 * std::f64::consts::TAU;
+        let [x, y] = match i / 21 {
+            // The corners of a fisheye picture are dark: the largest circle in it counts.
+            _ if !perspective => {
+                [0.5 + 0.47 * (h / w).min(1.0) * turn.cos(), 0.5 + 0.47 * (w / h).min(1.0) * turn.sin()]
+            }
+            0 => [t, 0.0],
+            1 => [t, 1.0],
+            2 => [0.0, t],
+            _ => [1.0, t],
+        };
+        Vector2::new(x * (w - 1.0), y * (h - 1.0))
     });
-    let lost = border.filter(|p| camera.unproject(&(*p).into()).is_none()).count();
+    let lost = border.filter(|p| camera.unproject(p).is_none()).count();
     if lost > 0 {
         list.push(Warning::new(
             "model_folds",

@@ -164,7 +164,7 @@ impl Model {
     ];
 
     /// What is tried where no model is asked for, simplest first.
-    pub const USUAL: [Self; 2] = [Self::Pinhole, Self::Brown5];
+    pub const USUAL: [Self; 3] = [Self::Pinhole, Self::Brown5, Self::Kb4];
 
     /// The model's table.
     pub const fn spec(self) -> &'static Spec {

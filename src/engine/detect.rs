@@ -9,12 +9,12 @@ mod complete;
 mod ends;
 pub mod gradient;
 mod grow;
-pub(in crate) mod pyramid;
+pub(crate) mod pyramid;
 mod reason;
-pub(in crate) mod response;
-pub(in crate) mod saddle;
+pub(crate) mod response;
+pub(crate) mod saddle;
 mod search;
-pub(in crate) mod sheet;
+pub(crate) mod sheet;
 pub mod strip;
 
 use std::{fmt, str::FromStr};

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::calib::{
     Error, Result,
-    calibrate::{Options, Problem, calibrate, simplest_sufficient},
+    calibrate::{Options, Problem, calibrate, simplest_sufficient, worth_trying},
     camera::{Camera, Model},
     diagnose::{self, Finding, Verdict},
     observation::Corner,
@@ -182,6 +182,9 @@ fn choose(
     let mut failure = Error::Invalid("no camera model was asked for".to_owned());
     let mut list = Vec::new();
     for (k, model) in models.iter().enumerate() {
+        if !worth_trying(*model, &list) {
+            continue;
+        }
         let mut problem = problem.clone();
         problem.cameras.iter_mut().for_each(|c| c.model = *model);
         let mut share = |part: f32| tick((k as f32 + part) / models.len() as f32);

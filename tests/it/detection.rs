@@ -37,6 +37,14 @@ pub(crate) fn data(set: &str) -> Option<PathBuf> {
     None
 }
 
+/// The pictures of a set, in order, with their names; none where the set is absent.
+pub(crate) fn pictures(set: &str) -> Vec<(String, Gray)> {
+    let Some(folder) = data(set) else { return Vec::new() };
+    let paths = photo::list(&[folder]).unwrap();
+    let gray = |path| photo::read(path, Colours::Gray).unwrap().photo.into_gray();
+    paths.iter().map(|p| (p.file_name().unwrap().to_string_lossy().into_owned(), gray(p))).collect()
+}
+
 /// Pictures in which both of OpenCV's places are off, looked at by eye, with the number of such corners: `cornerSubPix` slides
 /// along an edge where its window meets the narrow outer squares of a board or the rim of a fisheye.
 const OPENCV_IS_OFF: [(&str, usize); 8] = [

@@ -8,11 +8,13 @@
 )]
 
 mod calibration;
+mod circles;
 mod cli;
 mod cli_tools;
 mod detection;
 mod experiment;
 mod formats;
 mod layers;
+mod markers;
 mod photographs;
 mod window;

@@ -285,9 +285,20 @@ pub(super) fn lens_settings(cx: &mut Cx<'_>, ui: &mut Ui) {
         cx.edit(|d| d.model = None);
     }
     for model in Model::ALL {
-        if ui.radio(now == Some(model), model.spec().title).clicked() {
+        let spec = model.spec();
+        if ui.radio(now == Some(model), spec.title).on_hover_text(spec.explained).clicked() {
             cx.edit(|d| d.model = Some(model));
         }
+    }
+    if let Some(model) = now.or(cx.state.data.solved().map(|(_, s)| s.camera.model)) {
+        ui.separator();
+        let spec = model.spec();
+        let words = if now.is_none() {
+            format!("Chosen: {}. {}", spec.title, spec.explained)
+        } else {
+            spec.explained.to_owned()
+        };
+        ui.label(text(words, font::regular(font::SMALL), cx.t.text3));
     }
 }
 

@@ -3,5 +3,4 @@
 mod accuracy;
 mod boards;
 mod estimators;
-mod photos;
 mod render;

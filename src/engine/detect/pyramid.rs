@@ -8,27 +8,27 @@ use crate::image::{Gray, Plane};
 
 /// A picture reduced `level` times by two.
 #[derive(Clone, Debug)]
-pub(in crate) struct Level<'a> {
+pub(crate) struct Level<'a> {
     /// Number of halvings.
-    pub(in crate) level: u32,
+    pub(crate) level: u32,
     /// Grey values.
-    pub(in crate) picture: Cow<'a, Plane<u8>>,
+    pub(crate) picture: Cow<'a, Plane<u8>>,
 }
 
 impl Level<'_> {
     /// Pixels of the picture in one of this level.
-    pub(in crate) fn scale(&self) -> f64 {
+    pub(crate) fn scale(&self) -> f64 {
         f64::from(1u32 << self.level)
     }
 
     /// A place of this level in the picture: pixels are means over squares, so centres shift by half of what they grow.
-    pub(in crate) fn to_picture(&self, px: Vector2<f64>) -> Vector2<f64> {
+    pub(crate) fn to_picture(&self, px: Vector2<f64>) -> Vector2<f64> {
         px.map(|v| (v + 0.5) * self.scale() - 0.5)
     }
 }
 
 /// The picture in 8 bits. Of 16 bits the used range is stretched: raw sensor data often fills a corner of it.
-pub(in crate) fn eight_bits(picture: &Gray) -> Cow<'_, Plane<u8>> {
+pub(crate) fn eight_bits(picture: &Gray) -> Cow<'_, Plane<u8>> {
     match picture {
         Gray::U8(p) => Cow::Borrowed(p),
         Gray::U16(p) => {
@@ -52,7 +52,7 @@ fn used_range(picture: &Plane<u16>) -> (u16, u16) {
 }
 
 /// Half the size; each pixel is the mean of 2 × 2. An odd last row or column is left out.
-pub(in crate) fn halve(picture: &Plane<u8>) -> Plane<u8> {
+pub(crate) fn halve(picture: &Plane<u8>) -> Plane<u8> {
     let (w, h) = (picture.width() / 2, picture.height() / 2);
     let mut half = Plane::new(w, h);
     for y in 0..h {
@@ -66,7 +66,7 @@ pub(in crate) fn halve(picture: &Plane<u8>) -> Plane<u8> {
 }
 
 /// Median of 3 × 3: single wrong pixels vanish, edges stay. The outermost pixels are copied.
-pub(in crate) fn median(picture: &Plane<u8>) -> Plane<u8> {
+pub(crate) fn median(picture: &Plane<u8>) -> Plane<u8> {
     let mut out = picture.clone();
     let (w, h) = (picture.width(), picture.height());
     if w < 3 {
@@ -99,7 +99,7 @@ fn median3(a: u8, b: u8, c: u8) -> u8 {
 }
 
 /// Whether single pixels stand out of their surroundings as dead ones and bit errors do, in more than one of 500.
-pub(in crate) fn is_peppered(picture: &Plane<u8>) -> bool {
+pub(crate) fn is_peppered(picture: &Plane<u8>) -> bool {
     let (mut total, mut lone) = (0, 0);
     for y in (0..picture.height()).step_by(1 + picture.height() / 300) {
         for t in picture.row(y).windows(3).step_by(2) {
@@ -113,7 +113,7 @@ pub(in crate) fn is_peppered(picture: &Plane<u8>) -> bool {
 
 /// Standard deviation of the noise, grey levels: the median size of a second difference along rows, which edges do not move
 /// (after J. Immerkær, CVIU 64(2), 1996, with a median in place of a mean).
-pub(in crate) fn noise(picture: &Plane<u8>) -> f32 {
+pub(crate) fn noise(picture: &Plane<u8>) -> f32 {
     let mut counts = [0u32; 1024];
     let mut total = 0u32;
     let step = (picture.height() / 200).max(1);

@@ -13,14 +13,14 @@ use crate::image::Plane;
 
 /// Offsets `(x, y)` of 16 samples on a ring; sample n + 8 is opposite of sample n, and n grows from −y over +x to +y.
 #[derive(Debug, PartialEq, Eq)]
-pub(in crate) struct Ring {
-    pub(in crate) offsets: [(i32, i32); 16],
+pub(crate) struct Ring {
+    pub(crate) offsets: [(i32, i32); 16],
     /// Largest offset.
-    pub(in crate) radius: usize,
+    pub(crate) radius: usize,
 }
 
 /// The usual ring.
-pub(in crate) static RING: Ring = Ring {
+pub(crate) static RING: Ring = Ring {
     offsets: [
         (0, -5),
         (2, -5),
@@ -43,7 +43,7 @@ pub(in crate) static RING: Ring = Ring {
 };
 
 /// For squares of less than 8 px.
-pub(in crate) static SMALL_RING: Ring = Ring {
+pub(crate) static SMALL_RING: Ring = Ring {
     offsets: [
         (0, -3),
         (1, -3),
@@ -66,7 +66,7 @@ pub(in crate) static SMALL_RING: Ring = Ring {
 };
 
 /// The response at every pixel, zero within the radius of the border.
-pub(in crate) fn response(picture: &Plane<u8>, ring: &Ring) -> Plane<i16> {
+pub(crate) fn response(picture: &Plane<u8>, ring: &Ring) -> Plane<i16> {
     let (w, h, r) = (picture.width(), picture.height(), ring.radius);
     let mut out = Plane::new(w, h);
     if w <= 2 * r || h <= 2 * r {
@@ -137,7 +137,7 @@ fn pixel(s: impl Fn(usize) -> i16, middle: impl Fn(usize) -> i16) -> i16 {
 }
 
 /// Pixels whose response exceeds `threshold` and is the largest of their 5 × 5 neighbours.
-pub(in crate) fn peaks(response: &Plane<i16>, threshold: i16) -> Vec<[usize; 2]> {
+pub(crate) fn peaks(response: &Plane<i16>, threshold: i16) -> Vec<[usize; 2]> {
     const REACH: usize = 2;
     let (w, h) = (response.width(), response.height());
     let mut list = Vec::new();
@@ -174,7 +174,7 @@ fn is_peak(response: &Plane<i16>, x: usize, y: usize, v: i16, reach: usize) -> b
 }
 
 /// Peak of the parabolas through a pixel and its neighbours, relative to the pixel, ±0.5.
-pub(in crate) fn vertex(response: &Plane<i16>, x: usize, y: usize) -> [f64; 2] {
+pub(crate) fn vertex(response: &Plane<i16>, x: usize, y: usize) -> [f64; 2] {
     let at = |x: usize, y: usize| f64::from(response.at(x, y));
     let along = |a: f64, b: f64, c: f64| {
         let bend = a - 2.0 * b + c;

@@ -7,16 +7,16 @@ use crate::image::Plane;
 
 /// A possible corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate) struct Saddle {
+pub(crate) struct Saddle {
     /// Position in the level, px.
-    pub(in crate) px: Vector2<f64>,
+    pub(crate) px: Vector2<f64>,
     /// Directions of the two edges, unit vectors: from `axes[0]` turning to `axes[1]` (x towards y, less than half a turn) the
     /// square is black. Both may be negated together.
-    pub(in crate) axes: [Vector2<f64>; 2],
+    pub(crate) axes: [Vector2<f64>; 2],
     /// Bright minus dark, grey levels.
-    pub(in crate) contrast: f32,
+    pub(crate) contrast: f32,
     /// Share of the ring's variance that two black and two white squares explain, 0..1.
-    pub(in crate) quality: f32,
+    pub(crate) quality: f32,
 }
 
 /// Smallest and largest number of neighbouring samples, of eight in half a turn, in the black square.
@@ -25,7 +25,7 @@ const ARC: std::ops::RangeInclusive<usize> = 2..=6;
 impl Saddle {
     /// Splits the ring around pixel `(x, y)` into two black and two white arcs; `place` is the corner itself. `None` where the
     /// ring leaves the picture.
-    pub(in crate) fn at(
+    pub(crate) fn at(
         picture: &Plane<u8>,
         ring: &Ring,
         [x, y]: [usize; 2],

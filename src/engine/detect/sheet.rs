@@ -3,23 +3,23 @@
 use nalgebra::Vector2;
 
 /// `[column, row]`, any sign.
-pub(in crate) type Cell = [i32; 2];
+pub(crate) type Cell = [i32; 2];
 
 /// The four steps to the next cells.
-pub(in crate) const STEPS: [Cell; 4] = [[-1, 0], [1, 0], [0, -1], [0, 1]];
+pub(crate) const STEPS: [Cell; 4] = [[-1, 0], [1, 0], [0, -1], [0, 1]];
 
-pub(in crate) fn add([a, b]: Cell, [c, d]: Cell) -> Cell {
+pub(crate) fn add([a, b]: Cell, [c, d]: Cell) -> Cell {
     [a + c, b + d]
 }
 
 /// Whether the square between +column and +row of a cell is black: that of cell (0, 0) is, and colours alternate.
-pub(in crate) const fn is_black(cell: Cell) -> bool {
+pub(crate) const fn is_black(cell: Cell) -> bool {
     (cell[0] + cell[1]).rem_euclid(2) == 0
 }
 
 /// Values on cells.
 #[derive(Clone, Debug)]
-pub(in crate) struct Sheet<T> {
+pub(crate) struct Sheet<T> {
     /// First column and row that `values` hold.
     first: Cell,
     size: [usize; 2],
@@ -29,33 +29,33 @@ pub(in crate) struct Sheet<T> {
 
 /// A guess of a place from the places around it.
 #[derive(Clone, Copy, Debug)]
-pub(in crate) struct Guess {
-    pub(in crate) px: Vector2<f64>,
+pub(crate) struct Guess {
+    pub(crate) px: Vector2<f64>,
     /// Steps to the next column and to the next row, px.
-    pub(in crate) uv: [Vector2<f64>; 2],
+    pub(crate) uv: [Vector2<f64>; 2],
 }
 
 impl Guess {
     /// How far a place is off, in cells: the larger of columns and rows.
-    pub(in crate) fn off(&self, px: Vector2<f64>) -> f64 {
+    pub(crate) fn off(&self, px: Vector2<f64>) -> f64 {
         let ([u, v], d) = (self.uv, px - self.px);
         let area = u.perp(&v);
         (d.perp(&v) / area).abs().max((u.perp(&d) / area).abs())
     }
 
     /// Length of the shorter step, px.
-    pub(in crate) fn spacing(&self) -> f64 {
+    pub(crate) fn spacing(&self) -> f64 {
         self.uv[0].norm().min(self.uv[1].norm())
     }
 }
 
 impl<T: Copy> Sheet<T> {
-    pub(in crate) const fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         Self { first: [0, 0], size: [0, 0], values: Vec::new(), count: 0 }
     }
 
     /// Number of cells that hold something.
-    pub(in crate) const fn len(&self) -> usize {
+    pub(crate) const fn len(&self) -> usize {
         self.count
     }
 
@@ -65,11 +65,11 @@ impl<T: Copy> Sheet<T> {
         Some(r * self.size[0] + c)
     }
 
-    pub(in crate) fn get(&self, cell: Cell) -> Option<T> {
+    pub(crate) fn get(&self, cell: Cell) -> Option<T> {
         self.values[self.place(cell)?]
     }
 
-    pub(in crate) fn set(&mut self, cell: Cell, value: T) {
+    pub(crate) fn set(&mut self, cell: Cell, value: T) {
         let at = match self.place(cell) {
             Some(at) => at,
             None => {
@@ -81,7 +81,7 @@ impl<T: Copy> Sheet<T> {
         self.count += usize::from(self.values[at].replace(value).is_none());
     }
 
-    pub(in crate) fn remove(&mut self, cell: Cell) {
+    pub(crate) fn remove(&mut self, cell: Cell) {
         if let Some(at) = self.place(cell) {
             self.count -= usize::from(self.values[at].take().is_some());
         }
@@ -106,7 +106,7 @@ impl<T: Copy> Sheet<T> {
     }
 
     /// Cells that hold something, by row, then column.
-    pub(in crate) fn iter(&self) -> impl Iterator<Item = (Cell, T)> + '_ {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (Cell, T)> + '_ {
         let ([w, _], [c, r]) = (self.size, self.first);
         self.values
             .iter()
@@ -115,7 +115,7 @@ impl<T: Copy> Sheet<T> {
     }
 
     /// First and last column and row that hold something: `[[first, last], [first, last]]`.
-    pub(in crate) fn bounds(&self) -> Option<[[i32; 2]; 2]> {
+    pub(crate) fn bounds(&self) -> Option<[[i32; 2]; 2]> {
         let mut bounds: Option<[[i32; 2]; 2]> = None;
         for (cell, _) in self.iter() {
             let b = bounds.get_or_insert([[cell[0]; 2], [cell[1]; 2]]);
@@ -127,7 +127,7 @@ impl<T: Copy> Sheet<T> {
     }
 
     /// Empty cells beside those that hold something, by row, then column, each once.
-    pub(in crate) fn rim(&self) -> Vec<Cell> {
+    pub(crate) fn rim(&self) -> Vec<Cell> {
         let mut rim: Vec<Cell> = self
             .iter()
             .flat_map(|(cell, _)| STEPS.map(|s| add(cell, s)))
@@ -140,14 +140,14 @@ impl<T: Copy> Sheet<T> {
 }
 
 /// Farthest column or row of a cell that a [`guess`] looks at.
-pub(in crate) const GUESS_REACH: i32 = 3;
+pub(crate) const GUESS_REACH: i32 = 3;
 
 /// Where a cell should be, from cells around it alone (not from itself); `place` gives the place of what a cell holds. `None`
 /// with too little around.
 ///
 /// Of each side, the parallelogram with a neighbouring line counts twice (it knows perspective and bend), the continuation of
 /// its own line once.
-pub(in crate) fn guess<T: Copy>(
+pub(crate) fn guess<T: Copy>(
     sheet: &Sheet<T>,
     cell: Cell,
     place: impl Fn(T) -> Vector2<f64>,

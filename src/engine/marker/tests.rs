@@ -1,6 +1,5 @@
-//! Markers in rendered pictures with exactly known corners, and in photographs.
+//! Markers in rendered pictures with exactly known corners.
 
-mod photographs;
 mod render;
 
 use nalgebra::Point3;

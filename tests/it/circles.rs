@@ -1,39 +1,12 @@
-//! Real photographs: the sets of OpenCV, and pictures without circles.
-
-use std::path::PathBuf;
+//! Circle grids in photographs: the sets of OpenCV, and pictures without circles; skipped where they are not there.
 
 use nalgebra::Vector2;
-
-use crate::{
+use straightedge::calib::{
     circles::{CircleBoard, Detection, Kind, bias::radius_of, board_of, detect},
-    image::{Gray, Plane},
     target::BoardSize,
 };
-use crate::job::photo::{self, Colours};
 
-/// The folder of photographs; a printed line and `None` where it is absent.
-fn data(set: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("STRAIGHTEDGE_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    let folder = root.join(set);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: no photographs in {} (set STRAIGHTEDGE_DATA)", folder.display());
-    None
-}
-
-fn pictures(set: &str) -> Vec<(String, Gray)> {
-    let Some(folder) = data(set) else { return Vec::new() };
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|e| e.unwrap().path())
-        .filter(|p| p.extension().is_some_and(|e| e == "png" || e == "jpg"))
-        .collect();
-    files.sort();
-    let name = |p: &PathBuf| p.file_name().unwrap().to_string_lossy().into_owned();
-    files.iter().map(|p| (name(p), photo::read(p, Colours::Gray).unwrap().photo.into_gray())).collect()
-}
+use crate::detection::{data, pictures};
 
 fn say(name: &str, found: &Detection) -> String {
     match &found.grid {
@@ -128,39 +101,5 @@ fn what_is_no_grid_of_circles_is_refused_with_a_reason() {
             println!("{set}/{}", say(&name, &found));
             assert!(found.grid.is_none() && !found.why.is_empty(), "{set}/{name}");
         }
-    }
-}
-
-fn cpu_ms() -> f64 {
-    let now = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    now.tv_sec as f64 * 1e3 + now.tv_nsec as f64 / 1e6
-}
-
-/// CPU time of the sets of circles, to be set beside OpenCV's in the same minute; alone, in a release build.
-#[test]
-#[ignore = "a measurement"]
-fn speed() {
-    for set in ["opencv_circles", "opencv_acircles", "negatives", "opencv_left"] {
-        let all = pictures(set);
-        let mut best = f64::MAX;
-        for _ in 0..5 {
-            let start = cpu_ms();
-            for (_, picture) in &all {
-                std::hint::black_box(detect(picture));
-            }
-            best = best.min(cpu_ms() - start);
-        }
-        println!("{set}: {:.2} ms a picture", best / all.len().max(1) as f64);
-    }
-    // 24 MP: dots of 6 px in a corner of it, and rough texture without any.
-    let dots = Plane::from_fn(6000, 4000, |x, y| {
-        let off = (x as f64 % 14.0 - 7.0).hypot(y as f64 % 14.0 - 7.0);
-        if x < 140 && y < 98 { (220.0 - 190.0 * (3.5 - off).clamp(0.0, 1.0)) as u8 } else { 220 }
-    });
-    let texture = Plane::from_fn(6000, 4000, |x, y| ((x * 7919 + y * 104_729 + x * y) % 251) as u8);
-    for (name, picture) in [("dots", dots), ("texture", texture)] {
-        let (picture, start) = (Gray::U8(picture), cpu_ms());
-        let found = detect(&picture);
-        println!("24 MP: {} {:.0} ms", say(name, &found), cpu_ms() - start);
     }
 }

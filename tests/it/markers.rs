@@ -1,30 +1,35 @@
-//! Photographs: skipped where they are not there.
+//! Square markers in photographs: skipped where they are not there.
 
-use std::path::{Path, PathBuf};
+use straightedge::calib::{
+    image::Gray,
+    marker::{
+        Sighting,
+        board::{AprilGrid, ArucoGrid, Charuco, MarkerBoard},
+        dictionary::Dictionary,
+        find,
+        guess::guess,
+    },
+};
 
-use super::*;
-use crate::job::photo::{self, Colours};
+use crate::detection::pictures;
 
-/// The folder of a set; a printed line and `None` where it is absent.
-fn data(set: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("STRAIGHTEDGE_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    let folder = root.join(set);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: no photographs in {} (set STRAIGHTEDGE_DATA)", folder.display());
-    None
+fn dictionary(name: &str) -> Dictionary {
+    name.parse().unwrap()
 }
 
-fn read(path: &Path) -> Gray {
-    photo::read(path, Colours::Gray).unwrap().photo.into_gray()
+fn charuco(columns: u32, rows: u32) -> Charuco {
+    let dictionary = dictionary("5x5_250");
+    Charuco { columns, rows, square: 1.0, marker: 0.7, dictionary, border: 1, first_id: 0, legacy: None }
 }
 
-fn pictures(set: &str) -> Vec<(String, Gray)> {
-    let Some(folder) = data(set) else { return Vec::new() };
-    let paths = photo::list(&[folder]).unwrap();
-    paths.iter().map(|p| (p.file_name().unwrap().to_string_lossy().into_owned(), read(p))).collect()
+fn april(columns: u32, rows: u32) -> AprilGrid {
+    let dictionary = dictionary("36h11");
+    AprilGrid { columns, rows, tag: 1.0, spacing: 0.3, dictionary, border: 2, first_id: 0 }
+}
+
+fn aruco(columns: u32, rows: u32) -> ArucoGrid {
+    let dictionary = dictionary("4x4_50");
+    ArucoGrid { columns, rows, marker: 1.0, gap: 0.4, dictionary, border: 1, first_id: 0 }
 }
 
 #[test]
@@ -101,18 +106,9 @@ fn no_marker_is_invented() {
                 alone += sighting.marks.iter().filter(|m| m.identify(d).is_some()).count();
                 for border in [1, 2] {
                     let boards = [
-                        MarkerBoard::Charuco(Charuco {
-                            legacy: None,
-                            dictionary: d,
-                            border,
-                            ..charuco(10, 10, false)
-                        }),
+                        MarkerBoard::Charuco(Charuco { dictionary: d, border, ..charuco(10, 10) }),
                         MarkerBoard::AprilGrid(AprilGrid { dictionary: d, border, ..april(10, 10) }),
-                        MarkerBoard::ArucoGrid(ArucoGrid {
-                            dictionary: d,
-                            border,
-                            ..aruco(30, 30, "4x4_50")
-                        }),
+                        MarkerBoard::ArucoGrid(ArucoGrid { dictionary: d, border, ..aruco(30, 30) }),
                     ];
                     for board in boards {
                         let found = board.locate(sighting);
