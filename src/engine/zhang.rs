@@ -122,6 +122,12 @@ pub fn pose_from_rays(plane: &[[f64; 2]], rays: &[Vector3<f64>]) -> Option<Pose>
     }
     let eigen = SymmetricEigen::new(system);
     let least = eigen.eigenvalues.imin();
+    // Points on a line leave a family of matrices.
+    let mut values: Vec<f64> = eigen.eigenvalues.iter().copied().collect();
+    values.sort_by(f64::total_cmp);
+    if values[1] <= 1e-13 * values[8] {
+        return None;
+    }
     let h = Matrix3::from_column_slice(eigen.eigenvectors.column(least).as_slice());
     let ahead: f64 = plane
         .iter()

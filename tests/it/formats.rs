@@ -1,4 +1,4 @@
-//! Every format over every camera model's examples.
+//! Every format over the examples of the models that nearly all of them have; the others are in the unit tests of `format`.
 
 use nalgebra::{Vector2, Vector3};
 use straightedge::calib::{
@@ -10,7 +10,7 @@ use straightedge::calib::{
 };
 
 fn examples() -> impl Iterator<Item = Camera> {
-    Model::ALL.into_iter().flat_map(|model| {
+    [Model::Pinhole, Model::Brown5].into_iter().flat_map(|model| {
         model.spec().examples.iter().map(move |p| Camera::new(model, [640, 480], p.to_vec()).unwrap())
     })
 }
@@ -52,14 +52,12 @@ fn every_camera_survives_or_its_error_is_reported() {
             assert_eq!((file.format, file.camera.size_px), (name, camera.size_px));
             let px = difference_px(&camera, &file.camera);
             if refitted {
-                // The note says what the file really does, to the grid's density; Basalt's is refitted once more on reading.
-                let back = if name == "basalt" { reported_px(&file.notes) } else { 0.0 };
-                let reported = reported_px(&written.notes) + back;
+                // The note says what the file really does, to the grid's density.
+                let reported = reported_px(&written.notes);
                 assert!(px > 1e-9 && px < 1.05 * reported, "{name}: {px} px, {:?}", written.notes);
                 assert!(written.self_check_px < 1.05 * reported && reported < 6.0, "{name}: {written:?}");
             } else {
                 assert!(px <= 1e-9 && written.self_check_px <= 1e-9, "{name}: {px:e} px");
-                assert_eq!(file.camera.model, camera.model, "{name}");
             }
         }
     }
