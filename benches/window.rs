@@ -27,7 +27,7 @@ use straightedge::{
         detect::{Detection, Grid, GridCorner},
         observation::FrameId,
     },
-    job::{Inspection, Job, Output, Request, Source, photo::Exif, run},
+    job::{Inspection, Job, Other, Output, Request, Source, photo::Exif, run},
 };
 
 /// Frames over which a mean is taken.
@@ -86,6 +86,7 @@ fn application(ctx: &Context, n: usize) -> App {
             thumbnail: None,
             notes: Vec::new(),
             detection: Detection { grid: Some(grid), why: String::new() },
+            other: Other::default(),
             read_ms: 0.0,
             detect_ms: 0.0,
         };

@@ -7,6 +7,7 @@ pub mod assemble;
 pub mod develop;
 pub mod evidence;
 pub mod group;
+mod other;
 pub mod photo;
 pub mod raster;
 pub mod store;
@@ -34,6 +35,8 @@ use crate::calib::{
     synth::{self, Scene},
     undistort::{Interpolation, Rect, Straightener, largest_valid},
 };
+pub use other::Other;
+
 use develop::developed;
 use evidence::{Case, Evidence};
 use photo::{Colours, Exif};
@@ -180,6 +183,9 @@ pub struct Inspection {
     pub notes: Vec<String>,
     /// What was found.
     pub detection: Detection,
+    /// What else was found, where that is no plain checkerboard.
+    #[serde(default, skip_serializing_if = "Other::is_none")]
+    pub other: Other,
     /// Wall time of reading and decoding, ms.
     pub read_ms: f64,
     /// Wall time of the detection, ms.
@@ -275,6 +281,7 @@ fn inspect(
     at(0.5)?;
     let start = Instant::now();
     let detection = detect::detect(&gray, options);
+    let other = Other::beside(&gray, &detection);
     Ok(Inspection {
         size_px,
         exif: picture.exif,
@@ -283,6 +290,7 @@ fn inspect(
         thumbnail,
         notes: picture.notes,
         detection,
+        other,
         read_ms,
         detect_ms: ms_since(start),
     })

@@ -69,7 +69,7 @@ fn section(title: &str, content: &str) -> String {
 
 fn subtitle(report: &Report) -> String {
     let s = &report.settings;
-    let board = s.board.map_or_else(|| "board of unknown size".to_owned(), |b| format!("{b} board"));
+    let board = s.board_words().unwrap_or_else(|| "board of unknown size".to_owned());
     let used = report.included().count();
     let corners: usize = report.included().map(|f| f.corners.len()).sum();
     format!(

@@ -63,6 +63,9 @@ pub struct Settings {
     pub board: Option<BoardSize>,
     /// Whether the size of the board was found from the pictures.
     pub board_is_found: bool,
+    /// The board, where it is no checkerboard.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target: Option<Target>,
     /// Edge of a square, in `unit`; 1 where it is not known.
     pub square: f64,
     /// Unit of all lengths.
@@ -111,6 +114,7 @@ impl Default for Settings {
         Self {
             board: None,
             board_is_found: false,
+            target: None,
             square: 1.0,
             unit: Unit::Squares,
             images: 0,
@@ -152,7 +156,15 @@ impl Settings {
 
     /// The board; none where its size is not known.
     pub fn target(&self) -> Option<Target> {
-        Some(Target::checkerboard(self.board?, self.square))
+        self.target.clone().or_else(|| Some(Target::checkerboard(self.board?, self.square)))
+    }
+
+    /// The board in words: `9x6 board`, or what else it is.
+    pub fn board_words(&self) -> Option<String> {
+        match &self.target {
+            Some(target) => Some(target.words()),
+            None => Some(format!("{} board", self.board?)),
+        }
     }
 }
 

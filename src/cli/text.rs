@@ -31,7 +31,7 @@ pub(super) fn evidence(report: &Report) -> String {
 pub(super) fn detection(report: &Report) -> String {
     let found = report.frames.iter().filter(|f| f.found).count();
     let corners: usize = report.frames.iter().map(|f| f.corners.len()).sum();
-    let board = report.settings.board.map_or_else(|| "board".to_owned(), |b| format!("{b} board"));
+    let board = report.settings.board_words().unwrap_or_else(|| "board".to_owned());
     let mut out = format!(
         "{} found in {found} of {}, {}\n",
         capital(&board),

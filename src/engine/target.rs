@@ -4,7 +4,11 @@ use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
-use super::{Error, Result};
+use super::{
+    Error, Result,
+    circles::{CircleBoard, Kind},
+    marker::board::MarkerBoard,
+};
 
 /// Unit of a typed length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -187,6 +191,22 @@ pub enum Target {
         /// Edge of a square in the user's unit.
         square: f64,
     },
+    /// A board of square markers.
+    Markers {
+        /// The board, its lengths in squares (ChArUco) or markers.
+        board: MarkerBoard,
+        /// One of those in the user's unit.
+        scale: f64,
+    },
+    /// A grid of circles.
+    Circles {
+        /// Kind and size.
+        board: CircleBoard,
+        /// Spacing in the user's unit.
+        spacing: f64,
+        /// Radius of a circle in the same unit, as the pictures show it.
+        radius: f64,
+    },
 }
 
 impl Target {
@@ -196,14 +216,53 @@ impl Target {
     }
 
     /// Number of points.
-    pub const fn len(&self) -> usize {
+    pub fn len(&self) -> usize {
         match self {
             Self::Checkerboard { size, .. } => size.len(),
+            Self::Markers { board, .. } => board.points().len(),
+            Self::Circles { board, .. } => board.len(),
+        }
+    }
+
+    /// What it is, as short as can be.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Checkerboard { size, .. } => format!("{} × {}", size.cols, size.rows),
+            Self::Markers { board, .. } => {
+                let (kind, [columns, rows]) = match board {
+                    MarkerBoard::Charuco(b) => ("ChArUco", [b.columns, b.rows]),
+                    MarkerBoard::AprilGrid(b) => ("AprilGrid", [b.columns, b.rows]),
+                    MarkerBoard::ArucoGrid(b) => ("ArUco", [b.columns, b.rows]),
+                };
+                format!("{kind} {columns} × {rows}")
+            }
+            Self::Circles { board, .. } => format!("Circles {} × {}", board.size.cols, board.size.rows),
+        }
+    }
+
+    /// What it is, in words; empty for a checkerboard.
+    pub fn words(&self) -> String {
+        match self {
+            Self::Checkerboard { .. } => String::new(),
+            Self::Markers { board, .. } => board.to_string(),
+            Self::Circles { board, .. } => format!("circle grid {board}"),
+        }
+    }
+
+    /// Points along x and y, where every place of the grid is a point counted row by row, as on a checkerboard.
+    pub fn grid(&self) -> Option<BoardSize> {
+        match *self {
+            Self::Checkerboard { size, .. } => Some(size),
+            Self::Markers { board: MarkerBoard::Charuco(b), .. } => {
+                Some(BoardSize { cols: b.columns.saturating_sub(1), rows: b.rows.saturating_sub(1) })
+            }
+            Self::Circles { board: CircleBoard { kind: Kind::Symmetric, size }, .. } => Some(size),
+            Self::Markers { .. } | Self::Circles { .. } => None,
         }
     }
 
     /// Whether there is no point.
-    pub const fn is_empty(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
@@ -214,23 +273,30 @@ impl Target {
                 let [col, row] = size.at(index);
                 Point3::new(f64::from(col) * square, f64::from(row) * square, 0.0)
             }),
+            Self::Markers { board, scale } => board.points().get(index as usize).map(|p| p * scale),
+            Self::Circles { board, spacing, .. } => board.point(index, spacing),
         }
     }
 
     /// All points in the board frame, by index.
     pub fn points_in_board(&self) -> Vec<Point3<f64>> {
-        (0..self.len() as u32).filter_map(|i| self.point_in_board(i)).collect()
+        match self {
+            Self::Markers { board, scale } => board.points().iter().map(|p| p * *scale).collect(),
+            _ => (0..self.len() as u32).filter_map(|i| self.point_in_board(i)).collect(),
+        }
+    }
+
+    /// Smallest and largest x and y of its points.
+    pub fn extent(&self) -> [[f64; 2]; 2] {
+        let points = self.points_in_board();
+        let bound = |k: usize, pick: fn(f64, f64) -> f64| points.iter().map(|p| p[k]).reduce(pick).unwrap_or(0.0);
+        [[bound(0, f64::min), bound(1, f64::min)], [bound(0, f64::max), bound(1, f64::max)]]
     }
 
     /// Centre of the target in the board frame.
     pub fn center_in_board(&self) -> Point3<f64> {
-        match *self {
-            Self::Checkerboard { size, square } => Point3::new(
-                f64::from(size.cols - 1) * square / 2.0,
-                f64::from(size.rows - 1) * square / 2.0,
-                0.0,
-            ),
-        }
+        let [[x0, y0], [x1, y1]] = self.extent();
+        Point3::new((x0 + x1) / 2.0, (y0 + y1) / 2.0, 0.0)
     }
 }
 

@@ -6,11 +6,12 @@
 //! 4. Corners get their indices; a picture whose board has another size or whose corners are not certain says why.
 
 mod advice;
+mod target;
 
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Inspection,
+    Inspection, Other,
     group::{self, Candidate},
     photo::Exif,
 };
@@ -47,6 +48,9 @@ pub struct Seen {
     pub notes: Vec<String>,
     /// The board.
     pub finding: Finding,
+    /// Markers and circles.
+    #[serde(default, skip_serializing_if = "Other::is_none")]
+    pub other: Other,
 }
 
 /// A board, with or without indices.
@@ -72,6 +76,7 @@ impl Entry {
             pixels_hash: Some(i.pixels_hash),
             notes: i.notes,
             finding: Finding::Grid(i.detection),
+            other: i.other,
         });
         // The file is named beside the reason.
         let why = |error| match error {
@@ -96,7 +101,7 @@ impl Entry {
     fn has_board(&self) -> bool {
         match self.finding() {
             Some(Finding::Corners { corners, .. }) => !corners.is_empty(),
-            _ => self.grid().is_some(),
+            _ => self.grid().is_some() || self.seen.as_ref().is_ok_and(|s| !s.other.is_none()),
         }
     }
 }
@@ -121,6 +126,8 @@ pub struct Wanted {
 pub struct Assembly {
     /// Size of the board, where it is known.
     pub board: Option<BoardSize>,
+    /// The board, where it is no checkerboard.
+    pub target: Option<Target>,
     /// One for each entry, in order; nothing is included yet.
     pub frames: Vec<FrameReport>,
     /// Cameras, the one to calibrate first.
@@ -147,7 +154,14 @@ pub fn assemble(entries: &[Entry], wanted: &Wanted) -> Assembly {
     let members = |k: usize| groups.get(k).into_iter().flat_map(|g| &g.members).map(|m| readable[*m]);
 
     let mut warnings = Vec::new();
-    let board = wanted.board.or_else(|| {
+    let first_group: Vec<&Entry> =
+        members(0).filter(|i| copies[*i].is_none()).map(|i| &entries[i]).collect();
+    let target =
+        if wanted.board.is_some() { None } else { target::of(&first_group, wanted.square, &mut warnings) };
+    let board = wanted.board.or_else(|| target.as_ref().and_then(Target::grid)).or_else(|| {
+        if target.is_some() {
+            return None;
+        }
         let grids: Vec<&Grid> =
             members(0).filter(|i| copies[*i].is_none()).filter_map(|i| entries[i].grid()).collect();
         let choice = detect::board_of(&grids)?;
@@ -157,7 +171,13 @@ pub fn assemble(entries: &[Entry], wanted: &Wanted) -> Assembly {
         Some(choice.size)
     });
 
-    let mut frames: Vec<FrameReport> = entries.iter().map(|e| frame(e, board)).collect();
+    let mut frames: Vec<FrameReport> = entries
+        .iter()
+        .map(|e| match &target {
+            Some(target) => target::frame(e, target),
+            None => frame(e, board),
+        })
+        .collect();
     for (k, group) in groups.iter().enumerate() {
         for i in members(k) {
             frames[i].group.clone_from(&group.name);
@@ -184,8 +204,8 @@ pub fn assemble(entries: &[Entry], wanted: &Wanted) -> Assembly {
         })
         .collect();
     warnings.extend(advice::warnings(&frames, &groups, &used));
-    let problem = problem(entries, &frames, &used, board, wanted);
-    Assembly { board, frames, groups, warnings, problem }
+    let problem = problem(entries, &frames, &used, board, target.as_ref(), wanted);
+    Assembly { board, target, frames, groups, warnings, problem }
 }
 
 /// For each entry an earlier one with the same pixels or the very same corners.
@@ -206,17 +226,7 @@ fn copies(entries: &[Entry]) -> Vec<Option<usize>> {
 
 /// What a picture shows of a board of this size.
 pub fn frame(entry: &Entry, board: Option<BoardSize>) -> FrameReport {
-    let mut frame = FrameReport::new(entry.file.clone());
-    let seen = match &entry.seen {
-        Ok(seen) => seen,
-        Err(why) => {
-            frame.state = FrameState::Unreadable;
-            frame.why.clone_from(why);
-            return frame;
-        }
-    };
-    frame.image_size_px = Some(seen.size_px);
-    frame.notes.clone_from(&seen.notes);
+    let (mut frame, Some(seen)) = begun(entry) else { return begun(entry).0 };
     match (&seen.finding, board) {
         (Finding::Corners { corners, why }, _) => {
             frame.corners.clone_from(corners);
@@ -243,20 +253,39 @@ pub fn frame(entry: &Entry, board: Option<BoardSize>) -> FrameReport {
     frame
 }
 
+/// What is said of a picture whatever its board, and what was seen in it; none where it could not be read.
+fn begun(entry: &Entry) -> (FrameReport, Option<&Seen>) {
+    let mut frame = FrameReport::new(entry.file.clone());
+    match &entry.seen {
+        Ok(seen) => {
+            frame.image_size_px = Some(seen.size_px);
+            frame.notes.clone_from(&seen.notes);
+            (frame, Some(seen))
+        }
+        Err(why) => {
+            frame.state = FrameState::Unreadable;
+            frame.why.clone_from(why);
+            (frame, None)
+        }
+    }
+}
+
 /// The problem of the first group.
 fn problem(
     entries: &[Entry],
     frames: &[FrameReport],
     used: &[usize],
     board: Option<BoardSize>,
+    target: Option<&Target>,
     wanted: &Wanted,
 ) -> Result<Problem> {
-    if board.is_none() && !used.is_empty() {
+    let target = target.cloned().or_else(|| Some(Target::checkerboard(board?, wanted.square)));
+    if target.is_none() && !used.is_empty() {
         return Err(Error::Invalid(
             "the size of the board is not known: give it, for example --board 9x6".to_owned(),
         ));
     }
-    let (Some(board), Some(&first)) = (board, used.first()) else {
+    let (Some(target), Some(&first)) = (target, used.first()) else {
         let grids: Vec<&Grid> = entries.iter().filter_map(Entry::grid).collect();
         return Err(Error::NoBoard(advice::no_board(frames, wanted.board, &grids)));
     };
@@ -279,7 +308,7 @@ fn problem(
         |&i: &usize| Observation { camera: 0, frame: FrameId(i as u32), corners: frames[i].corners.clone() };
     Ok(Problem {
         cameras: vec![setup],
-        target: Target::checkerboard(board, wanted.square),
+        target,
         observations: used.iter().map(observation).collect(),
         options: wanted.options.clone(),
     })

@@ -13,12 +13,13 @@ use crate::calib::{
     Error, Result,
     calibrate::{Options, Problem, calibrate, simplest_sufficient, worth_trying},
     camera::{Camera, Model},
+    circles::bias::corrected,
     diagnose::{self, Finding, Verdict},
     observation::Corner,
     report::{Report, Settings},
     solution::{Calibration, Warning},
     synth::Truth,
-    target::BoardSize,
+    target::{BoardSize, Target},
 };
 
 /// What to calibrate and how.
@@ -102,7 +103,8 @@ pub fn sort_out(case: &Case) -> (Report, Assembly) {
     let assembly = assemble(&case.entries, &wanted);
     let settings = Settings {
         board: assembly.board,
-        board_is_found: case.board.is_none() && assembly.board.is_some(),
+        board_is_found: case.board.is_none() && (assembly.board.is_some() || assembly.target.is_some()),
+        target: assembly.target.clone(),
         images: case.entries.len(),
         model: wanted.model,
         start: case.start.as_ref().map(|s| s.0.clone()),
@@ -124,7 +126,10 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     let dropped = leave_out(case, &mut report, &mut assembly);
     let begun = Instant::now();
     let solved = match assembly.problem.and_then(|p| start_fits(p, case)) {
-        Ok(problem) => choose(&problem, &case.models, tick)?.map(|c| (c, problem.target)),
+        Ok(problem) => match choose(&problem, &case.models, tick)? {
+            Ok(calibration) => centred(&problem, calibration, tick)?.map(|c| (c, problem.target)),
+            Err(error) => Err(error),
+        },
         Err(error) => Err(error),
     };
     report.timing_ms.calibrate = ms_since(begun);
@@ -195,6 +200,47 @@ fn choose(
         }
     }
     Ok(simplest_sufficient(&list).map(|best| list.swap_remove(best)).ok_or(failure))
+}
+
+/// Rounds after which the places of circles stand still: the shift hardly depends on the camera.
+const ROUNDS: usize = 2;
+
+/// Of circles the calibration once more, with their measured places moved to the projected centres; of other boards as it is.
+///
+/// # Errors
+/// [`Error::Stopped`] where `tick` breaks.
+fn centred(
+    problem: &Problem,
+    mut calibration: Calibration,
+    tick: &mut dyn FnMut(f32) -> ControlFlow<()>,
+) -> Result<Result<Calibration>> {
+    let Target::Circles { radius, .. } = problem.target else { return Ok(Ok(calibration)) };
+    let points = problem.target.points_in_board();
+    for _ in 0..ROUNDS {
+        let camera = &calibration.camera;
+        let mut again = problem.clone();
+        again.cameras.iter_mut().for_each(|c| (c.model, c.start) = (camera.model, Some(camera.clone())));
+        let poses: Vec<_> = problem
+            .observations
+            .iter()
+            .filter_map(|o| calibration.views.iter().find(|v| v.frame == o.frame))
+            .map(|v| v.camera_from_board)
+            .collect();
+        // Pictures that were set aside have no pose, and stay aside.
+        again.observations.retain(|o| calibration.views.iter().any(|v| v.frame == o.frame));
+        again.observations =
+            corrected(&again.observations, std::slice::from_ref(camera), &poses, &points, radius);
+        match calibrate(&again, tick) {
+            Ok(next) => {
+                let aside = std::mem::take(&mut calibration.set_aside);
+                calibration = Calibration { closed_form: calibration.closed_form, ..next };
+                calibration.set_aside.extend(aside);
+            }
+            Err(Error::Stopped) => return Err(Error::Stopped),
+            Err(error) => return Ok(Err(error)),
+        }
+    }
+    Ok(Ok(calibration))
 }
 
 /// Refuses a start camera for pictures of another size.

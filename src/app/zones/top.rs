@@ -13,7 +13,7 @@ use crate::{
     },
     calib::{
         camera::Model,
-        target::{BoardSize, Length, Unit},
+        target::{BoardSize, Length, Target, Unit},
     },
 };
 
@@ -190,7 +190,15 @@ fn known_board(cx: &Cx<'_>) -> (Option<BoardSize>, Option<Length>, bool) {
     (size, square, guessed)
 }
 
+/// The name of a board that is no checkerboard.
+fn other_board(cx: &Cx<'_>) -> Option<Target> {
+    cx.state.data.answer.as_deref()?.report().settings.target.clone()
+}
+
 fn board_words(cx: &Cx<'_>) -> String {
+    if let Some(target) = other_board(cx) {
+        return target.name();
+    }
     let (size, square, _) = known_board(cx);
     let size = size.map_or_else(|| "Board".to_owned(), |b| format!("{} × {}", b.cols, b.rows));
     square.map_or_else(|| size.clone(), |square| format!("{size}, {square}"))
@@ -221,6 +229,9 @@ pub(super) fn board_settings(cx: &mut Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
     let (size, ..) = known_board(cx);
     ui.label(text("Board", font::semibold(font::BODY), t.ink));
+    if let Some(target) = other_board(cx) {
+        ui.label(text(target.words(), font::regular(font::SMALL), t.text2));
+    }
     let shown = size.map(|b| b.to_string()).unwrap_or_default();
     let typed = field(ui, "Inner corners", "board size", &shown, "9x6");
     ui.label(text("Where four squares meet, columns x rows", font::regular(font::SMALL), t.text3));

@@ -288,7 +288,10 @@ pub(super) fn settings(report: &Report) -> String {
     let s = &report.settings;
     let yes = |b: bool| if b { "yes" } else { "no" }.to_owned();
     let word = |v: serde_json::Result<String>| v.unwrap_or_default().replace('"', "");
-    let board = s.board.map_or("not known".to_owned(), |b| b.to_string());
+    let board = match &s.target {
+        Some(target) => target.words(),
+        None => s.board.map_or("not known".to_owned(), |b| b.to_string()),
+    };
     let fixed = s.fixed.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
     let or_none = |t: &Option<String>| t.clone().unwrap_or_else(|| "none".to_owned());
     let left = pairs(&[

@@ -43,8 +43,9 @@ impl Seen {
 pub(super) fn prepare(problem: &Problem) -> (Vec<Seen>, Vec<(FrameId, String)>) {
     let (mut views, mut aside): (Vec<Seen>, Vec<_>) = (Vec::new(), Vec::new());
     let mut by_first_corner = BTreeMap::<[u64; 2], Vec<usize>>::new();
+    let points = problem.target.points_in_board();
     for observation in &problem.observations {
-        match view(problem, observation) {
+        match view(problem, &points, observation) {
             Err(why) => aside.push((observation.frame, why)),
             Ok(seen) => {
                 let alike = by_first_corner.entry(seen.px[0].map(f64::to_bits).into()).or_default();
@@ -64,8 +65,7 @@ pub(super) fn prepare(problem: &Problem) -> (Vec<Seen>, Vec<(FrameId, String)>) 
     (views, aside)
 }
 
-fn view(problem: &Problem, observation: &Observation) -> Result<Seen, String> {
-    let target = &problem.target;
+fn view(problem: &Problem, points: &[Point3<f64>], observation: &Observation) -> Result<Seen, String> {
     let size = problem.cameras.first().map_or([0; 2], |c| c.size_px).map(f64::from);
     let corners = &observation.corners;
     if corners.len() < 4 {
@@ -85,11 +85,11 @@ fn view(problem: &Problem, observation: &Observation) -> Result<Seen, String> {
         bent_px: 0.0,
     };
     for corner in corners {
-        let Some(point) = target.point_in_board(corner.index) else {
+        let Some(point) = points.get(corner.index as usize).copied() else {
             return Err(format!(
                 "corner {} is not on a board of {} corners: is the board size right?",
                 corner.index,
-                target.len()
+                points.len()
             ));
         };
         if !(corner.px.x.is_finite() && corner.px.y.is_finite()) {

@@ -64,6 +64,32 @@ impl MarkerBoard {
     }
 }
 
+impl std::fmt::Display for MarkerBoard {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Charuco(b) => write!(
+                f,
+                "ChArUco board of {}x{} squares, {}, markers of {:.2} squares",
+                b.columns,
+                b.rows,
+                b.dictionary,
+                b.marker / b.square
+            ),
+            Self::AprilGrid(b) => {
+                write!(f, "AprilGrid of {}x{} tags, {}, spacing {:.2}", b.columns, b.rows, b.dictionary, b.spacing)
+            }
+            Self::ArucoGrid(b) => write!(
+                f,
+                "ArUco grid of {}x{} markers, {}, gaps of {:.2} markers",
+                b.columns,
+                b.rows,
+                b.dictionary,
+                b.gap / b.marker
+            ),
+        }
+    }
+}
+
 /// The markers of a board.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Layout {

@@ -75,11 +75,13 @@ impl Scene {
 
 /// Corners of the board's outer squares, the one beside corner 0 first.
 fn outline(target: &Target) -> [Point3<f64>; 4] {
-    let c = target.center_in_board();
-    let square = match target {
+    let [[x0, y0], [x1, y1]] = target.extent();
+    let rim = match target {
         Target::Checkerboard { square, .. } => *square,
+        Target::Markers { scale, .. } => 0.5 * scale,
+        Target::Circles { spacing, .. } => *spacing,
     };
-    let (x0, y0, x1, y1) = (-square, -square, 2.0 * c.x + square, 2.0 * c.y + square);
+    let (x0, y0, x1, y1) = (x0 - rim, y0 - rim, x1 + rim, y1 + rim);
     [Point3::new(x0, y0, 0.0), Point3::new(x1, y0, 0.0), Point3::new(x1, y1, 0.0), Point3::new(x0, y1, 0.0)]
 }
 
