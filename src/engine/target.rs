@@ -289,7 +289,8 @@ impl Target {
     /// Smallest and largest x and y of its points.
     pub fn extent(&self) -> [[f64; 2]; 2] {
         let points = self.points_in_board();
-        let bound = |k: usize, pick: fn(f64, f64) -> f64| points.iter().map(|p| p[k]).reduce(pick).unwrap_or(0.0);
+        let bound =
+            |k: usize, pick: fn(f64, f64) -> f64| points.iter().map(|p| p[k]).reduce(pick).unwrap_or(0.0);
         [[bound(0, f64::min), bound(1, f64::min)], [bound(0, f64::max), bound(1, f64::max)]]
     }
 

@@ -154,8 +154,7 @@ pub fn assemble(entries: &[Entry], wanted: &Wanted) -> Assembly {
     let members = |k: usize| groups.get(k).into_iter().flat_map(|g| &g.members).map(|m| readable[*m]);
 
     let mut warnings = Vec::new();
-    let first_group: Vec<&Entry> =
-        members(0).filter(|i| copies[*i].is_none()).map(|i| &entries[i]).collect();
+    let first_group: Vec<&Entry> = members(0).filter(|i| copies[*i].is_none()).map(|i| &entries[i]).collect();
     let target =
         if wanted.board.is_some() { None } else { target::of(&first_group, wanted.square, &mut warnings) };
     let board = wanted.board.or_else(|| target.as_ref().and_then(Target::grid)).or_else(|| {
@@ -226,7 +225,8 @@ fn copies(entries: &[Entry]) -> Vec<Option<usize>> {
 
 /// What a picture shows of a board of this size.
 pub fn frame(entry: &Entry, board: Option<BoardSize>) -> FrameReport {
-    let (mut frame, Some(seen)) = begun(entry) else { return begun(entry).0 };
+    let (mut frame, seen) = begun(entry);
+    let Some(seen) = seen else { return frame };
     match (&seen.finding, board) {
         (Finding::Corners { corners, why }, _) => {
             frame.corners.clone_from(corners);

@@ -71,12 +71,17 @@ fn is_plain(picture: &Gray, grid: &Grid) -> bool {
     let (mut means, mut spreads) = ([(0.0, 0usize); 2], Vec::new());
     for corner in &grid.corners {
         let [c, r] = corner.cell;
-        let (Some(a), Some(b), Some(d)) = (at([c + 1, r]), at([c, r + 1]), at([c + 1, r + 1])) else { continue };
+        let (Some(a), Some(b), Some(d)) = (at([c + 1, r]), at([c, r + 1]), at([c + 1, r + 1])) else {
+            continue;
+        };
         let mut samples = Vec::with_capacity(25);
         for i in 0..5 {
             for j in 0..5 {
                 let [u, v] = [i, j].map(|k| 0.2 + 0.15 * f64::from(k));
-                let p = corner.px * ((1.0 - u) * (1.0 - v)) + a * (u * (1.0 - v)) + b * ((1.0 - u) * v) + d * (u * v);
+                let p = corner.px * ((1.0 - u) * (1.0 - v))
+                    + a * (u * (1.0 - v))
+                    + b * ((1.0 - u) * v)
+                    + d * (u * v);
                 samples.extend(value(p));
             }
         }

@@ -15,6 +15,7 @@ mod detection;
 mod experiment;
 mod formats;
 mod layers;
+mod lenses;
 mod markers;
 mod photographs;
 mod window;

@@ -64,7 +64,14 @@ pub(super) fn corners(path: &Path, paths: &[PathBuf]) -> Result<Given> {
             }
         };
         let finding = Finding::Corners { corners: frame.corners, why: frame.why };
-        let seen = Seen { size_px, exif: Exif::default(), pixels_hash: None, notes: Vec::new(), finding, other: crate::job::Other::default() };
+        let seen = Seen {
+            size_px,
+            exif: Exif::default(),
+            pixels_hash: None,
+            notes: Vec::new(),
+            finding,
+            other: crate::job::Other::default(),
+        };
         Ok(Entry { file: frame.file, seen: Ok(seen) })
     };
     let entries = file.frames.into_iter().map(entry).collect::<Result<_>>()?;

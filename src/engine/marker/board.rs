@@ -76,7 +76,11 @@ impl std::fmt::Display for MarkerBoard {
                 b.marker / b.square
             ),
             Self::AprilGrid(b) => {
-                write!(f, "AprilGrid of {}x{} tags, {}, spacing {:.2}", b.columns, b.rows, b.dictionary, b.spacing)
+                write!(
+                    f,
+                    "AprilGrid of {}x{} tags, {}, spacing {:.2}",
+                    b.columns, b.rows, b.dictionary, b.spacing
+                )
             }
             Self::ArucoGrid(b) => write!(
                 f,

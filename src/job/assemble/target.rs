@@ -17,7 +17,10 @@ use crate::calib::{
 pub(super) fn of(entries: &[&Entry], scale: f64, warnings: &mut Vec<Warning>) -> Option<Target> {
     let seen = || entries.iter().filter_map(|e| e.seen.as_ref().ok());
     let sightings: Vec<Sighting> = seen().filter_map(|s| s.other.markers.clone()).collect();
-    let plain = entries.iter().filter(|e| e.grid().is_some() && e.seen.as_ref().is_ok_and(|s| s.other.is_none())).count();
+    let plain = entries
+        .iter()
+        .filter(|e| e.grid().is_some() && e.seen.as_ref().is_ok_and(|s| s.other.is_none()))
+        .count();
     if sightings.len() > plain {
         let guess = guess(&sightings);
         if let Some(board) = guess.board {
@@ -42,7 +45,8 @@ pub(super) fn of(entries: &[&Entry], scale: f64, warnings: &mut Vec<Warning>) ->
 
 /// What a picture shows of such a board.
 pub(super) fn frame(entry: &Entry, target: &Target) -> FrameReport {
-    let (mut frame, Some(seen)) = begun(entry) else { return begun(entry).0 };
+    let (mut frame, seen) = begun(entry);
+    let Some(seen) = seen else { return frame };
     match target {
         Target::Markers { board, .. } => match &seen.other.markers {
             Some(sighting) => markers(&mut frame, board, sighting),

@@ -17,7 +17,14 @@ fn grid(size: [u32; 2], at: f64) -> Grid {
 fn entry(file: &str, size_px: [u32; 2], grid: Option<Grid>, hash: u128) -> Entry {
     let why = if grid.is_some() { String::new() } else { "no corners: sharper pictures".to_owned() };
     let finding = Finding::Grid(Detection { grid, why });
-    let seen = Seen { size_px, exif: Exif::default(), pixels_hash: Some(hash), notes: Vec::new(), finding, other: Other::default() };
+    let seen = Seen {
+        size_px,
+        exif: Exif::default(),
+        pixels_hash: Some(hash),
+        notes: Vec::new(),
+        finding,
+        other: Other::default(),
+    };
     Entry { file: file.to_owned(), seen: Ok(seen) }
 }
 

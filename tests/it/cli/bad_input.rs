@@ -211,19 +211,19 @@ fn wrong_use_is_refused() {
         refused(&with(&["calibrate", ".", "--fix", fix]), &["error: "]);
     }
     refused(&with(&["calibrate", ".", "--model", "foo"]), &["eucm, ds, kb4, auto"]);
-    add(at, "k4.txt", b"1 FULL_OPENCV 400 300 500 500 200 150 0 0 0 0 0 0.5 0 0\n");
+    add(at, "fov.txt", b"1 FOV 400 300 500 500 200 150 0.9\n");
     for args in [
-        &["convert", "k4.txt", "c.yaml"][..],
-        &["calibrate", ".", "--start", "k4.txt"],
-        &["calibrate", ".", "--truth", "k4.txt"],
-        &["pose", ".", "--camera", "k4.txt"],
-        &["undistort", ".", "--camera", "k4.txt", "--out", "u"],
+        &["convert", "fov.txt", "c.yaml"][..],
+        &["calibrate", ".", "--start", "fov.txt"],
+        &["calibrate", ".", "--truth", "fov.txt"],
+        &["pose", ".", "--camera", "fov.txt"],
+        &["undistort", ".", "--camera", "fov.txt", "--out", "u"],
     ] {
-        refused(&with(args), &["k4.txt", "k4 = 0.5"]);
+        refused(&with(args), &["fov.txt", "the COLMAP model FOV is not supported"]);
     }
     refused(&with(&["calibrate"]), &["PATHS"]);
     refused(&with(&["calibrate", "no/such/folder"]), &["no/such/folder", "check the path"]);
-    refused(&with(&["calibrate", ".", "--model", "fisheye9"]), &["pinhole, brown5"]);
+    refused(&with(&["calibrate", ".", "--model", "fisheye9"]), &["pinhole, radial1"]);
     refused(&with(&["calibrate", ".", "--fix", "fx=="]), &["fx=fy"]);
     refused(&with(&["calibrate", ".", "--loss", "l3"]), &["huber, linear"]);
     refused(&with(&["calibrate", ".", "--out", "camera.docx"]), &["camera.docx", "opencv"]);
