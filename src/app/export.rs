@@ -111,6 +111,9 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui, part: ExportPart, format: usize) {
     });
 }
 
+/// Height of three lines of notes.
+const NOTES: f32 = 58.0;
+
 /// A preview, made once.
 fn known(ui: &Ui, answer: &Answer, index: usize) -> Arc<Result<Option<Preview>>> {
     type Known = (Key, usize, Arc<Result<Option<Preview>>>);
@@ -157,9 +160,13 @@ fn camera(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer, format: usize) {
                     });
                 });
                 ui.add_space(4.0);
-                for note in &preview.notes {
-                    ui.label(text(note.as_str(), font::regular(font::SMALL), t.text2));
-                }
+                // As high for every format, or the buttons would jump away from under the pointer.
+                ui.vertical(|ui| {
+                    ui.set_min_height(NOTES);
+                    for note in &preview.notes {
+                        ui.label(text(note.as_str(), font::regular(font::SMALL), t.text2));
+                    }
+                });
                 ui.add_space(4.0);
                 ui.horizontal(|ui| {
                     if primary(ui, t, icon::SAVE, "Save…", 26.0).clicked() {

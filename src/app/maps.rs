@@ -96,14 +96,15 @@ pub fn dots(painter: &Painter, place: &Place, px: &[Vector2<f64>], radius: f32, 
     painter.extend(shown.map(|p| Shape::circle_filled(place.point([p.x, p.y]), radius, color)));
 }
 
-/// Draws contours with their labels; each label stands near the middle of the left side, clear of the others.
+/// Draws contours with their labels; the labels stand on their left sides, clear of each other.
 pub fn contours(ui: &Ui, rect: Rect, grid: &Grid, levels: &[(f64, String)]) {
     let place =
         |[x, y]: [f64; 2]| pos2(rect.left() + rect.width() * x as f32, rect.top() + rect.height() * y as f32);
     let painter = ui.painter_at(rect);
     let mut labels: Vec<(Pos2, &str)> = Vec::new();
-    for (level, label) in levels {
-        let pieces = grid.contour(*level);
+    let curves: Vec<_> =
+        levels.iter().map(|(l, label)| (grid.contour(*l), label)).filter(|c| !c.0.is_empty()).collect();
+    for (i, (pieces, label)) in curves.iter().enumerate() {
         let shapes = pieces
             .iter()
             .map(|[a, b]| Shape::line_segment([place(*a), place(*b)], Stroke::new(1.0, CONTOUR)));
@@ -112,8 +113,9 @@ pub fn contours(ui: &Ui, rect: Rect, grid: &Grid, levels: &[(f64, String)]) {
         let spots = pieces.iter().map(|[a, _]| place(*a));
         let clear =
             |p: &Pos2| labels.iter().all(|(q, _)| (p.x - q.x).abs() > 34.0 || (p.y - q.y).abs() > 20.0);
-        // Along the way to the lower left corner, where closed curves lie farthest apart.
-        let way = rect.left_bottom() - rect.center();
+        // Each level in a direction of its own, from the lower left to the upper left: curves that lie close have labels that do not.
+        let turn = 2.1 * (i as f32 / curves.len() as f32 - 0.5);
+        let way = egui::Vec2::angled(std::f32::consts::PI + turn) * rect.size();
         let best = spots.filter(clear).min_by(|a, b| {
             let off = |p: &Pos2| {
                 let d = *p - rect.center();
