@@ -1,14 +1,11 @@
 //! Square markers in photographs: skipped where they are not there.
 
-use straightedge::calib::{
-    image::Gray,
-    marker::{
-        Sighting,
-        board::{AprilGrid, ArucoGrid, Charuco, MarkerBoard},
-        dictionary::Dictionary,
-        find,
-        guess::guess,
-    },
+use straightedge::calib::marker::{
+    Sighting,
+    board::{AprilGrid, ArucoGrid, Charuco, MarkerBoard},
+    dictionary::Dictionary,
+    find,
+    guess::guess,
 };
 
 use crate::detection::pictures;

@@ -34,10 +34,16 @@ pub fn place(id: &str) -> Option<PathBuf> {
 pub struct Home {
     folder: Option<PathBuf>,
     /// Sessions to write, in a thread of its own: a slow disk never holds up the window.
-    writer: Option<mpsc::Sender<Box<Session>>>,
+    writer: Option<Writer>,
     saved: Option<(u64, Instant)>,
     /// Folders that were opened, the last first.
     pub recent: Vec<PathBuf>,
+}
+
+/// The thread that writes, and the way to it.
+struct Writer {
+    sessions: mpsc::Sender<Box<Session>>,
+    thread: Option<thread::JoinHandle<()>>,
 }
 
 impl Home {
@@ -77,7 +83,7 @@ impl Home {
         }
         self.saved = Some((revision, Instant::now()));
         let writer = self.writer.get_or_insert_with(|| {
-            let (sender, inbox) = mpsc::channel::<Box<Session>>();
+            let (sessions, inbox) = mpsc::channel::<Box<Session>>();
             let work = move || {
                 while let Ok(mut session) = inbox.recv() {
                     // Only the last of several that wait counts.
@@ -87,16 +93,19 @@ impl Home {
                     let _ = store::write(&path, session.to_json().as_bytes());
                 }
             };
-            drop(thread::Builder::new().name("autosave".to_owned()).spawn(work));
-            sender
+            Writer { sessions, thread: thread::Builder::new().name("autosave".to_owned()).spawn(work).ok() }
         });
-        let _ = writer.send(Box::new(Session::of(state)));
+        let _ = writer.sessions.send(Box::new(Session::of(state)));
         None
     }
 
     /// The window is closed in an orderly way: nothing is left behind.
     pub fn close(&mut self) {
-        self.writer = None;
+        // What is being written would come after.
+        if let Some(Writer { sessions, thread: Some(thread) }) = self.writer.take() {
+            drop(sessions);
+            let _ = thread.join();
+        }
         if let Some(path) = self.autosave() {
             let _ = std::fs::remove_file(path);
         }
