@@ -276,22 +276,19 @@ fn warnings(result: &Calibration) -> Vec<Warning> {
             ),
         ));
     }
-    let border = (0..84).map(|i| {
+    let on_border = |i: i32| {
         let t = f64::from(i % 21) / 20.0;
-        let turn = f64::from(i) / 84.0 * std::f64::consts::TAU;
-        let [x, y] = match i / 21 {
-            // The corners of a fisheye picture are dark: the largest circle in it counts.
-            _ if !perspective => {
-                [0.5 + 0.47 * (h / w).min(1.0) * turn.cos(), 0.5 + 0.47 * (w / h).min(1.0) * turn.sin()]
-            }
-            0 => [t, 0.0],
-            1 => [t, 1.0],
-            2 => [0.0, t],
-            _ => [1.0, t],
-        };
-        Vector2::new(x * (w - 1.0), y * (h - 1.0))
-    });
-    let lost = border.filter(|p| camera.unproject(p).is_none()).count();
+        [[t, 0.0], [t, 1.0], [0.0, t], [1.0, t]][i as usize / 21]
+    };
+    // The corners of a fisheye picture are dark: the largest circle in it counts.
+    let on_circle = |i: i32| {
+        let (sin, cos) = (f64::from(i) / 84.0 * std::f64::consts::TAU).sin_cos();
+        [0.5 + 0.47 * (h / w).min(1.0) * cos, 0.5 + 0.47 * (w / h).min(1.0) * sin]
+    };
+    let lost = (0..84)
+        .map(|i| if perspective { on_border(i) } else { on_circle(i) })
+        .filter(|[x, y]| camera.unproject(&Vector2::new(x * (w - 1.0), y * (h - 1.0))).is_none())
+        .count();
     if lost > 0 {
         list.push(Warning::new(
             "model_folds",

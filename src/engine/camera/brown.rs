@@ -13,17 +13,16 @@
 
 use nalgebra::{Matrix2, Matrix2x3, Vector2, Vector3};
 
-use super::{Batch, LANES, Lanes, MAX_PARAMS, Param, Projection, Spec, pinhole};
+use super::{
+    Batch, LANES, Lanes, MAX_PARAMS, Projection, Spec,
+    pinhole::{self, params},
+};
 
 const K1: usize = 4;
 const K2: usize = 5;
 const P1: usize = 6;
 const P2: usize = 7;
 const K3: usize = 8;
-
-pub(super) const fn coefficient(name: &'static str) -> Param {
-    Param { name, unit: "" }
-}
 
 /// The model's table.
 pub static SPEC: Spec = Spec {
@@ -32,17 +31,7 @@ pub static SPEC: Spec = Spec {
     explained: "Ordinary and wide lenses up to about 100°: what OpenCV, ROS and MATLAB use",
     perspective: true,
     neutral: &[0.0; 5],
-    params: &[
-        pinhole::INTRINSICS[0],
-        pinhole::INTRINSICS[1],
-        pinhole::INTRINSICS[2],
-        pinhole::INTRINSICS[3],
-        coefficient("k1"),
-        coefficient("k2"),
-        coefficient("p1"),
-        coefficient("p2"),
-        coefficient("k3"),
-    ],
+    params: params!("k1" "k2" "p1" "p2" "k3"),
     project,
     project_px,
     project_batch,

@@ -4,9 +4,8 @@
 use super::{
     Spec,
     at::{At, all, all_px, one, one_px},
-    brown::coefficient,
     opencv,
-    pinhole::{self, INTRINSICS},
+    pinhole::{self, params},
 };
 
 /// The parameters of Brown's nine that a model with `N` has, in its order.
@@ -42,7 +41,7 @@ macro_rules! table {
             explained: $explained,
             perspective: true,
             neutral: &[$({ let _ = $term; 0.0 }),*],
-            params: &[INTRINSICS[0], INTRINSICS[1], INTRINSICS[2], INTRINSICS[3], $(coefficient($term)),*],
+            params: params!($($term)*),
             project: |p, x| one(|p, x| at($places, p, x), p, x),
             project_px: |p, x| one_px(|p, x| px($places, p, x), p, x),
             project_batch: |p, x, out| all(|p, x| at($places, p, x), p, x, out),

@@ -12,8 +12,7 @@ use nalgebra::{Vector2, Vector3};
 use super::{
     Spec,
     at::{At, all, all_px, one, one_px},
-    brown::coefficient,
-    pinhole::INTRINSICS,
+    pinhole::params,
 };
 
 /// The model's table.
@@ -23,14 +22,7 @@ pub static SPEC: Spec = Spec {
     explained: "Fisheye lenses with two numbers and an exact inverse: visual odometry",
     perspective: false,
     neutral: &[0.0, 0.5],
-    params: &[
-        INTRINSICS[0],
-        INTRINSICS[1],
-        INTRINSICS[2],
-        INTRINSICS[3],
-        coefficient("xi"),
-        coefficient("alpha"),
-    ],
+    params: params!("xi" "alpha"),
     project: |p, x| one(at, p, x),
     project_px: |p, x| one_px(px, p, x),
     project_batch: |p, x, out| all(at, p, x, out),

@@ -15,8 +15,7 @@ use nalgebra::{Vector2, Vector3};
 use super::{
     Spec,
     at::{At, all, all_px, one, one_px},
-    brown::coefficient,
-    pinhole::INTRINSICS,
+    pinhole::params,
 };
 
 /// The model's table.
@@ -26,16 +25,7 @@ pub static SPEC: Spec = Spec {
     explained: "Fisheye and action cameras, also beyond 180°",
     perspective: false,
     neutral: &[0.0; 4],
-    params: &[
-        INTRINSICS[0],
-        INTRINSICS[1],
-        INTRINSICS[2],
-        INTRINSICS[3],
-        coefficient("k1"),
-        coefficient("k2"),
-        coefficient("k3"),
-        coefficient("k4"),
-    ],
+    params: params!("k1" "k2" "k3" "k4"),
     project: |p, x| one(at, p, x),
     project_px: |p, x| one_px(px, p, x),
     project_batch: |p, x, out| all(at, p, x, out),

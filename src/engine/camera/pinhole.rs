@@ -12,6 +12,20 @@ pub(super) const INTRINSICS: [Param; 4] = [
     Param { name: "cy", unit: "px" },
 ];
 
+/// A model's parameters: [`INTRINSICS`], then coefficients by name.
+macro_rules! params {
+    ($($name:literal)*) => {
+        &[
+            $crate::camera::pinhole::INTRINSICS[0],
+            $crate::camera::pinhole::INTRINSICS[1],
+            $crate::camera::pinhole::INTRINSICS[2],
+            $crate::camera::pinhole::INTRINSICS[3],
+            $($crate::camera::Param { name: $name, unit: "" }),*
+        ]
+    };
+}
+pub(super) use params;
+
 /// The model's table.
 pub static SPEC: Spec = Spec {
     name: "pinhole",

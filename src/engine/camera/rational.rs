@@ -3,9 +3,8 @@
 use super::{
     Spec,
     at::{all, all_px, one, one_px},
-    brown::coefficient,
     opencv::{at, px},
-    pinhole::{self, INTRINSICS},
+    pinhole::{self, params},
 };
 
 /// The model's table.
@@ -15,20 +14,7 @@ pub static SPEC: Spec = Spec {
     explained: "Wide lenses that Brown's terms do not follow; far more terms than ordinary lenses determine",
     perspective: true,
     neutral: &[0.0; 8],
-    params: &[
-        INTRINSICS[0],
-        INTRINSICS[1],
-        INTRINSICS[2],
-        INTRINSICS[3],
-        coefficient("k1"),
-        coefficient("k2"),
-        coefficient("p1"),
-        coefficient("p2"),
-        coefficient("k3"),
-        coefficient("k4"),
-        coefficient("k5"),
-        coefficient("k6"),
-    ],
+    params: params!("k1" "k2" "p1" "p2" "k3" "k4" "k5" "k6"),
     project: |p, x| one(at::<12>, p, x),
     project_px: |p, x| one_px(px::<12>, p, x),
     project_batch: |p, x, out| all(at::<12>, p, x, out),

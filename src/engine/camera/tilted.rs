@@ -3,10 +3,13 @@
 use super::{
     Param, Spec,
     at::{all, all_px, one, one_px},
-    brown::coefficient,
     opencv::{at_tilted, px_tilted},
     pinhole::{self, INTRINSICS},
 };
+
+const fn term(name: &'static str) -> Param {
+    Param { name, unit: "" }
+}
 
 /// The model's table.
 pub static SPEC: Spec = Spec {
@@ -20,18 +23,18 @@ pub static SPEC: Spec = Spec {
         INTRINSICS[1],
         INTRINSICS[2],
         INTRINSICS[3],
-        coefficient("k1"),
-        coefficient("k2"),
-        coefficient("p1"),
-        coefficient("p2"),
-        coefficient("k3"),
-        coefficient("k4"),
-        coefficient("k5"),
-        coefficient("k6"),
-        coefficient("s1"),
-        coefficient("s2"),
-        coefficient("s3"),
-        coefficient("s4"),
+        term("k1"),
+        term("k2"),
+        term("p1"),
+        term("p2"),
+        term("k3"),
+        term("k4"),
+        term("k5"),
+        term("k6"),
+        term("s1"),
+        term("s2"),
+        term("s3"),
+        term("s4"),
         Param { name: "taux", unit: "rad" },
         Param { name: "tauy", unit: "rad" },
     ],
