@@ -35,6 +35,7 @@ pub mod zones;
 use std::{
     collections::BTreeSet,
     path::{Path, PathBuf},
+    time::Duration,
 };
 
 use egui::{Frame, Margin, Panel};
@@ -61,6 +62,8 @@ use textures::Textures;
 const ID: &str = "straightedge";
 /// Names the layout in what is kept between runs.
 const LAYOUT: &str = "layout";
+/// How long good news stays, seconds.
+const GOOD_NEWS_S: f64 = 10.0;
 
 /// The application.
 pub struct App {
@@ -350,11 +353,12 @@ fn dropped(ui: &egui::Ui) -> Option<Action> {
     (!paths.is_empty()).then_some(Action::Do(Command::OpenPaths(paths)))
 }
 
-/// Something to tell, above everything until it is dismissed.
+/// Something to tell, above everything: until it is dismissed, or was read.
 fn notice(cx: &mut Cx<'_>, ui: &egui::Ui) {
     let Some(notice) = &cx.state.screen.notice else { return };
     let t = cx.t;
-    egui::Area::new(egui::Id::unique("notice"))
+    let id = egui::Id::unique("notice");
+    let area = egui::Area::new(id)
         .anchor(egui::Align2::CENTER_BOTTOM, egui::vec2(0.0, -16.0))
         .order(egui::Order::Foreground)
         .show(ui.ctx(), |ui| {
@@ -385,6 +389,21 @@ fn notice(cx: &mut Cx<'_>, ui: &egui::Ui) {
                 });
             });
         });
+    // Good news leaves by itself; what needs an answer waits for it.
+    if notice.bad || notice.offer.is_some() || area.response.contains_pointer() {
+        return ui.data_mut(|d| d.remove::<(String, f64)>(id));
+    }
+    let now = ui.input(|i| i.time);
+    let seen: Option<(String, f64)> = ui.data(|d| d.get_temp(id));
+    match seen.filter(|(text, _)| *text == notice.text) {
+        Some((_, since)) if now - since > GOOD_NEWS_S => cx.show(|s| s.notice = None),
+        Some((_, since)) => {
+            ui.ctx().request_repaint_after(Duration::from_secs_f64((GOOD_NEWS_S - (now - since)).max(0.01)));
+        }
+        None => {
+            ui.data_mut(|d| d.insert_temp(id, (notice.text.clone(), now)));
+        }
+    }
 }
 
 impl eframe::App for App {

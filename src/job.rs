@@ -25,6 +25,7 @@ use web_time::Instant;
 
 use crate::calib::{
     Error, Result,
+    calibrate::Comparison,
     camera::Camera,
     detect::{self, Detection},
     experiment::{
@@ -96,6 +97,8 @@ pub enum Job {
     },
     /// From what was seen to a camera with its evidence.
     Evidence(Box<Case>),
+    /// Compare camera models on what would be calibrated.
+    Compare(Box<Case>),
     /// Read a picture to be shown.
     Look {
         /// The picture.
@@ -144,7 +147,7 @@ impl Job {
                 Source::View { .. } => None,
             },
             Self::Develop { path, .. } => Some(path),
-            Self::Evidence(_) | Self::Ablate(_) => None,
+            Self::Evidence(_) | Self::Compare(_) | Self::Ablate(_) => None,
         }
     }
 }
@@ -156,6 +159,8 @@ pub enum Output {
     Inspection(Box<Inspection>),
     /// Of [`Job::Evidence`].
     Evidence(Box<Evidence>),
+    /// Of [`Job::Compare`].
+    Compared(Box<Comparison>),
     /// Of [`Job::Look`] and [`Job::Thumbnail`].
     Raster(Raster),
     /// Of [`Job::Ablate`]; a calibration that is refused is an outcome.
@@ -239,6 +244,8 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
         }
         Job::Evidence(case) => evidence::evidence(&case, &mut |share| report(Progress(share)))
             .map(|e| Output::Evidence(Box::new(e))),
+        Job::Compare(case) => evidence::compared(&case, &mut |share| report(Progress(share)))
+            .map(|c| Output::Compared(Box::new(c))),
         Job::Look { source } => Ok(Output::Raster(Raster::of(source.read(Colours::Keep)?.photo))),
         Job::Thumbnail { source, longest_px } => {
             let gray = source.read(Colours::Gray)?.photo.into_gray();

@@ -224,6 +224,14 @@ impl State {
                 };
                 self.data.effects.insert(number, outcome);
             }
+            Some(plan::Kind::Compare) => {
+                let outcome = match result {
+                    Ok(Output::Compared(comparison)) => Ok(*comparison),
+                    Ok(_) => return,
+                    Err(error) => Err(error.to_string()),
+                };
+                self.data.compared = Some((key, outcome));
+            }
             // Files go past the state: see `batch`.
             Some(plan::Kind::Develop(_)) | None => {}
         }

@@ -44,6 +44,8 @@ pub enum Kind {
     Effect(u32),
     /// A picture, straightened, as a file.
     Develop(FrameId),
+    /// The camera models side by side.
+    Compare,
 }
 
 impl Kind {
@@ -56,6 +58,7 @@ impl Kind {
             4 => Some(Self::Straight),
             6 => Some(Self::Effect(key.0 as u32)),
             7 => Some(Self::Develop(FrameId(key.0 as u32))),
+            8 => Some(Self::Compare),
             5 => Some(Self::Thumbnail(FrameId(key.0 as u32))),
             _ => None,
         }
@@ -71,6 +74,7 @@ impl Kind {
             Self::Straight => (4, content),
             Self::Effect(number) => (6, number as u128),
             Self::Develop(id) => (7, content << 32 | id.0 as u128),
+            Self::Compare => (8, content),
         };
         Key((kind << 120) | (content & (u128::MAX >> 8)))
     }
@@ -161,6 +165,7 @@ impl State {
             key: Kind::Thumbnail(frame.id).key(u128::from(self.prints.borrow_mut().of(&frame.source))),
             job: Job::Thumbnail { source: frame.source.clone(), longest_px: THUMBNAIL_PX },
         }));
+        plan.then.extend(self.comparison());
         if self.screen.lab == Some(lab::Part::Ablation) {
             let missing = (0..TRIALS as u32).filter(|n| !self.data.effects.contains_key(n));
             plan.then.extend(missing.map(|n| Request { key: Kind::Effect(n).key(0), job: Job::Ablate(n) }));
@@ -227,6 +232,16 @@ impl State {
 }
 
 impl State {
+    /// Models are compared on what the camera shown was calibrated from, once that is complete.
+    fn comparison(&self) -> Option<Request> {
+        let (answer, _) = self.data.solved().filter(|(a, _)| a.complete && self.screen.comparing)?;
+        let key = Kind::Compare.key(content(self, false)?);
+        if self.data.compared.as_ref().is_some_and(|c| c.0 == key) {
+            return None;
+        }
+        Some(Request { key, job: Job::Compare(Box::new(case(self, &answer.ids))) })
+    }
+
     /// Each picture with the key of what is seen in it, and whether that is known.
     pub(super) fn inspected(&self) -> Vec<(&Frame, Key, bool)> {
         let mut prints = self.prints.borrow_mut();
@@ -250,6 +265,11 @@ impl State {
 
 /// What the calibration should be made from; none without pictures that were looked at.
 pub fn evidence_key(state: &State) -> Option<Key> {
+    content(state, true).map(|content| Kind::Evidence.key(content))
+}
+
+/// What a calibration is made from, with or without the model that was asked for.
+fn content(state: &State, with_model: bool) -> Option<u128> {
     let doc = &state.doc;
     let mut hash = SipHasher13::new();
     let mut any = false;
@@ -257,7 +277,7 @@ pub fn evidence_key(state: &State) -> Option<Key> {
         any = true;
         (key.0, doc.excluded.contains(&frame.id)).hash(&mut hash);
     }
-    (doc.board, doc.model, doc.loss, doc.weights).hash(&mut hash);
+    (doc.board, doc.model.filter(|_| with_model), doc.loss, doc.weights).hash(&mut hash);
     for fix in &doc.fixed {
         fix.to_string().hash(&mut hash);
     }
@@ -267,7 +287,7 @@ pub fn evidence_key(state: &State) -> Option<Key> {
     for (id, index) in doc.dropped.iter() {
         (1u8, id, index).hash(&mut hash);
     }
-    any.then(|| Kind::Evidence.key(hash.finish128().into()))
+    any.then(|| hash.finish128().into())
 }
 
 fn case(state: &State, ids: &[FrameId]) -> Case {

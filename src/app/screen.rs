@@ -171,6 +171,8 @@ pub struct Screen {
     pub orbit: Orbit,
     /// Whether *more* is unfolded in the answer.
     pub more: bool,
+    /// Whether the camera models are compared in the background: once someone has looked at the lens.
+    pub comparing: bool,
     /// Whether the panels are where the user put them, instead of in the fixed zones.
     pub unlocked: bool,
     /// The open page of the lab.
@@ -199,6 +201,7 @@ impl Default for Screen {
             component: 2,
             orbit: Orbit::default(),
             more: false,
+            comparing: false,
             unlocked: false,
             lab: None,
             dialog: None,

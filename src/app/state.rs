@@ -17,7 +17,7 @@ use super::{
 use crate::{
     calib::{
         Error,
-        calibrate::{Fix, Loss, Weights},
+        calibrate::{Comparison, Fix, Loss, Weights},
         camera::Model,
         experiment::ablate::Numbers,
         observation::FrameId,
@@ -225,6 +225,8 @@ pub struct Data {
     pub straight: Option<Shown>,
     /// What changes of the method do, by their number in [`crate::job::Job::Ablate`].
     pub effects: BTreeMap<u32, std::result::Result<Numbers, String>>,
+    /// The camera models side by side, with what that was made from; or why they are not.
+    pub compared: Option<(Key, std::result::Result<Comparison, String>)>,
     /// Whether the user stopped the reading of pictures.
     pub stopped: bool,
     /// Wall time from opening to the last answer, ms.

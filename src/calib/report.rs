@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Error, Result,
-    calibrate::{Fix, Loss, Options, Precision, Weights},
+    calibrate::{self, Fix, Loss, Options, Precision, Weights},
     camera::{Camera, Model},
     detect::Refinement,
     figure::Bar,
@@ -49,6 +49,9 @@ pub struct Report {
     /// What the user should know.
     #[serde(default)]
     pub warnings: Vec<Warning>,
+    /// Camera models side by side, where one was to be recommended.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub models: Option<calibrate::Comparison>,
     /// Where the time went.
     #[serde(default)]
     pub timing_ms: Timing,

@@ -24,7 +24,7 @@ use crate::{
         format::Destination,
     },
     job::{
-        evidence::{Case, Evidence, evidence},
+        evidence::{Case, Evidence, compared, evidence},
         ms_since,
     },
 };
@@ -38,7 +38,7 @@ pub(super) struct Args {
     #[command(flatten)]
     board: args::Board,
     /// Camera model: pinhole, radial1, radial2, radial3, brown3, brown4, brown5 (k1 k2 p1 p2 k3), rational, thinprism, tilted, eucm,
-    /// ds, kb4 (fisheye), or auto for the simplest of pinhole, brown5 and kb4 that suffices
+    /// ds, kb4 (fisheye), or auto for the simplest that errs as little as any in pictures left out of the fit
     #[arg(long, value_name = "MODEL", default_value = "brown5")]
     model: ModelArg,
     /// Hold or tie parameters: fx=fy,cx,cy,k3=0
@@ -109,7 +109,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if let Some((value, unit)) = square {
         (settings.square, settings.unit) = (value, unit);
     }
-    let case = Case {
+    let mut case = Case {
         board,
         models,
         start,
@@ -123,6 +123,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         ..Case::new(inspected.entries, settings)
     };
     let mut found = solved(&case)?;
+    if args.model.0.is_none() && found.calibration.is_some() {
+        recommended(&mut case, &mut found)?;
+    }
     if let Some(error) = files::none_found(&case.entries, &args.paths) {
         found.report.failed(&error);
     }
@@ -136,6 +139,20 @@ fn solved(case: &Case) -> Result<Evidence> {
     let found = evidence(case, &mut |_| ControlFlow::Continue(()));
     bar.finish_and_clear();
     found
+}
+
+/// Compares the models and takes the recommended one.
+fn recommended(case: &mut Case, found: &mut Evidence) -> Result<()> {
+    let bar = frames::waiting("Comparing models");
+    let comparison = compared(case, &mut |_| ControlFlow::Continue(()));
+    bar.finish_and_clear();
+    let comparison = comparison?;
+    if found.report.settings.model != comparison.recommended {
+        case.models = vec![comparison.recommended];
+        *found = solved(case)?;
+    }
+    found.report.models = Some(comparison);
+    Ok(())
 }
 
 /// Prints, writes, and answers the exit code.

@@ -22,6 +22,7 @@ pub(super) fn evidence(report: &Report) -> String {
         out += &certainty(report, solution);
         out += &errors(report, solution);
     }
+    out += &models(report);
     out += &pictures::table(report);
     out += &warnings(report);
     out.trim_start_matches('\n').to_owned()
@@ -175,6 +176,26 @@ fn errors(report: &Report, solution: &Solution) -> String {
     let all = [s.rms, s.mean, s.median, s.p95, s.max, s.min, s.std, solution.rms_per_coordinate_px];
     table.row(all.map(|v| significant(v, 3)));
     out + &table.render()
+}
+
+/// The camera models side by side, where they were compared.
+fn models(report: &Report) -> String {
+    let Some(comparison) = &report.models else { return String::new() };
+    let mut table = Table::new("lrrrrl");
+    table.row(["", "free", "fit px", "new px", "corner ± px", ""]);
+    let px = |v: Option<f64>| v.map_or("-".to_owned(), |v| significant(v, 3));
+    for c in &comparison.candidates {
+        let note = match &c.against {
+            _ if c.model == comparison.recommended => "recommended".to_owned(),
+            against if !against.is_empty() => against.clone(),
+            _ if c.unobservable.is_empty() => String::new(),
+            _ => format!("{} not told from zero", c.unobservable.join(", ")),
+        };
+        let [fit, new, corner] = [Some(c.rms_px), c.held_out_px, c.worst_corner_px].map(px);
+        table.row([c.model.to_string(), c.free.to_string(), fit, new, corner, note]);
+    }
+    let head = "\nCamera models: RMS of the fit and in pictures left out of it, 1σ in the worst corner of the picture\n";
+    format!("{head}{}{}", table.render(), paragraph("", &comparison.why))
 }
 
 fn warnings(report: &Report) -> String {

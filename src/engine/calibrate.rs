@@ -10,6 +10,7 @@
 //!    principal point is accepted only where *another value fits significantly worse*.
 
 mod choose;
+mod compare;
 mod contradiction;
 mod degenerate;
 mod options;
@@ -28,10 +29,10 @@ use super::{
     observation::{FrameId, Observation},
     refine::{self, State},
     solution::{Calibration, View, Warning},
-    stats::indistinct,
     target::Target,
 };
 pub use choose::{simplest_sufficient, worth_trying};
+pub use compare::{CANDIDATES, Candidate, Comparison, compare};
 use options::Constraints;
 pub use options::{Fix, Loss, Options, Precision, Weights, check_fixes, parse_fixes};
 pub use pose::pose_of;
@@ -298,10 +299,7 @@ fn warnings(result: &Calibration) -> Vec<Warning> {
             ),
         ));
     }
-    let unsure: Vec<&str> = indistinct(&camera.params, &result.covariance, 4)
-        .into_iter()
-        .map(|i| camera.spec().params[i].name)
-        .collect();
+    let unsure = result.unobservable();
     if !unsure.is_empty() {
         list.push(Warning::new(
             "unobservable",

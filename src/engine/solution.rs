@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Vector2};
 use serde::{Deserialize, Serialize};
 
-use super::{camera::Camera, observation::FrameId, pose::Pose};
+use super::{camera::Camera, observation::FrameId, pose::Pose, stats::indistinct};
 
 /// A board in front of the camera, as the solution sees it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -154,6 +154,13 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// Names of the coefficients of the lens that cannot be told from zero (less than 2 σ).
+    pub fn unobservable(&self) -> Vec<&'static str> {
+        let params = self.camera.spec().params;
+        let unsure = indistinct(&self.camera.params, &self.covariance_of_all(), 4).into_iter();
+        unsure.filter_map(|i| Some(params.get(i)?.name)).collect()
+    }
+
     /// The covariance over all parameters in the model's order: zero where a parameter was fixed, its partner's rows where it
     /// was tied.
     pub fn covariance_of_all(&self) -> DMatrix<f64> {

@@ -11,7 +11,9 @@ use super::{
 };
 use crate::calib::{
     Error, Result,
-    calibrate::{Options, Problem, calibrate, simplest_sufficient, worth_trying},
+    calibrate::{
+        self, CANDIDATES, Comparison, Options, Problem, calibrate, simplest_sufficient, worth_trying,
+    },
     camera::{Camera, Model},
     circles::bias::corrected,
     diagnose::{self, Finding, Verdict},
@@ -149,6 +151,17 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     };
     let (verdict, findings) = (diagnose::verdict(&report), diagnose::findings(&report));
     Ok(Evidence { report, calibration, dropped, verdict, findings })
+}
+
+/// Compares all usual camera models on what a case would be calibrated from.
+///
+/// # Errors
+/// Why nothing can be calibrated; [`Error::Stopped`] where `tick` breaks.
+pub fn compared(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<Comparison> {
+    let (mut report, mut assembly) = sort_out(case);
+    leave_out(case, &mut report, &mut assembly);
+    let problem = assembly.problem.and_then(|p| start_fits(p, case))?;
+    calibrate::compare(&problem, &CANDIDATES, tick)
 }
 
 /// Takes out what the user set aside or dropped; answers the dropped corners.

@@ -21,8 +21,10 @@ pub struct Other {
 
 /// Share of the contrast between black and white squares that the inside of a plain square may vary by.
 const PLAIN: f64 = 0.25;
-/// Share of the picture.
+/// Share of the picture from which a grid is what was photographed…
 const LARGE: f64 = 0.04;
+/// …or it has more corners than the pattern inside of a marker of 7 × 7 cells.
+const MANY: usize = 36;
 /// Share of the squares that may vary more: something lies on the board.
 const FEW: f64 = 0.3;
 
@@ -46,8 +48,11 @@ impl Other {
     }
 }
 
-/// Whether a grid takes so much of the picture that it is what was photographed, and not a pattern in a marker.
+/// Whether a grid is what was photographed, and not a pattern in a marker: it has many corners or takes much of the picture.
 fn is_large(picture: &Gray, grid: &Grid) -> bool {
+    if grid.corners.len() > MANY {
+        return true;
+    }
     let px = || grid.corners.iter().map(|c| c.px);
     let (Some(low), Some(high)) = (px().reduce(|a, b| a.inf(&b)), px().reduce(|a, b| a.sup(&b))) else {
         return false;

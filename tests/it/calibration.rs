@@ -2,6 +2,7 @@
 
 mod degenerate;
 mod exact;
+mod recommendation;
 mod robust;
 mod sigma;
 

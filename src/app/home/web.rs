@@ -107,7 +107,7 @@ impl Home {
             if take().await.is_ok_and(|mine| mine == JsValue::FALSE) {
                 used.set(Use::Never);
                 let text = "Straightedge is open in another tab: what you do in this one is not kept when you close it";
-                return post.put(Action::Tell(Notice::good(text)));
+                return post.put(Action::Tell(Notice::bad(text)));
             }
             match all().await {
                 Ok(records) => {
@@ -119,7 +119,7 @@ impl Home {
                 Err(_) => {
                     used.set(Use::Never);
                     let text = "This browser keeps nothing between visits, as in a private window: save the session before you close the tab";
-                    post.put(Action::Tell(Notice::good(text)));
+                    post.put(Action::Tell(Notice::bad(text)));
                 }
             }
         });

@@ -95,7 +95,7 @@ fn head(cx: &mut Cx<'_>, ui: &mut Ui) {
                     ui.spacing_mut().item_spacing.y = 8.0;
                     top::board_settings(cx, ui);
                     ui.separator();
-                    top::lens_settings(cx, ui);
+                    top::lens::settings(cx, ui);
                 });
         });
     });

@@ -1,5 +1,7 @@
 //! The top bar: what is open, the two settings that a beginner meets, undo, export, menu.
 
+pub(super) mod lens;
+
 use egui::{Popup, PopupCloseBehavior, RichText, Ui, vec2};
 
 use crate::{
@@ -11,10 +13,7 @@ use crate::{
         style::{font, icon},
         widgets::{icon_button, named, primary, text},
     },
-    calib::{
-        camera::Model,
-        target::{BoardSize, Length, Target, Unit},
-    },
+    calib::target::{BoardSize, Length, Target, Unit},
 };
 
 /// Draws the bar.
@@ -29,7 +28,7 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
             title(cx, ui);
             ui.add_space(4.0);
             board(cx, ui);
-            lens(cx, ui);
+            lens::lens(cx, ui);
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             menu(cx, ui);
@@ -171,7 +170,8 @@ fn chip(
     Popup::from_toggle_button_response(&response)
         .close_behavior(PopupCloseBehavior::CloseOnClickOutside)
         .show(|ui| {
-            ui.set_width(280.0);
+            ui.set_min_width(280.0);
+            ui.set_max_width(430.0);
             ui.add_space(2.0);
             ui.spacing_mut().item_spacing.y = 6.0;
             content(cx, ui);
@@ -281,36 +281,6 @@ fn field(ui: &mut Ui, label: &str, id: &str, shown: &str, hint: &str) -> Option<
         });
     });
     answer
-}
-
-fn lens(cx: &mut Cx<'_>, ui: &mut Ui) {
-    let quiet = if cx.state.doc.model.is_none() { "chosen" } else { "" };
-    chip(cx, ui, ["Lens", icon::APERTURE], lens_words(cx), quiet, lens_settings);
-}
-
-/// The model, to be chosen.
-pub(super) fn lens_settings(cx: &mut Cx<'_>, ui: &mut Ui) {
-    ui.label(text("Lens", font::semibold(font::BODY), cx.t.ink));
-    let now = cx.state.doc.model;
-    if ui.radio(now.is_none(), "The simplest that suffices").clicked() {
-        cx.edit(|d| d.model = None);
-    }
-    for model in Model::ALL {
-        let spec = model.spec();
-        if ui.radio(now == Some(model), spec.title).on_hover_text(spec.explained).clicked() {
-            cx.edit(|d| d.model = Some(model));
-        }
-    }
-    if let Some(model) = now.or(cx.state.data.solved().map(|(_, s)| s.camera.model)) {
-        ui.separator();
-        let spec = model.spec();
-        let words = if now.is_none() {
-            format!("Chosen: {}. {}", spec.title, spec.explained)
-        } else {
-            spec.explained.to_owned()
-        };
-        ui.label(text(words, font::regular(font::SMALL), cx.t.text3));
-    }
 }
 
 fn view(cx: &mut Cx<'_>, ui: &mut Ui) {

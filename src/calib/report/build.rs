@@ -31,6 +31,7 @@ impl Report {
             groups,
             frames,
             warnings,
+            models: None,
             timing_ms: Timing::default(),
         }
     }

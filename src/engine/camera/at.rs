@@ -44,7 +44,8 @@ impl<const N: usize> At<N> {
 }
 
 /// [`super::Spec::project`].
-#[inline(always)]
+#[cfg_attr(target_arch = "wasm32", inline(never))]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(super) fn one<const N: usize>(
     at: impl Fn(&[f64], [f64; 3]) -> At<N>,
     p: &[f64],
@@ -68,7 +69,8 @@ pub(super) fn one<const N: usize>(
 }
 
 /// [`super::Spec::project_px`].
-#[inline(always)]
+#[cfg_attr(target_arch = "wasm32", inline(never))]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(super) fn one_px(
     px: impl Fn(&[f64], [f64; 3]) -> [f64; 2],
     p: &[f64],
@@ -81,11 +83,14 @@ pub(super) fn one_px(
 /// [`super::Spec::project_batch`].
 #[inline(always)]
 pub(super) fn all<const N: usize>(
-    at: impl Fn(&[f64], [f64; 3]) -> At<N>,
+    at: impl Fn(&[f64], [f64; 3]) -> At<N> + Copy,
     p: &[f64],
     points: &[Lanes; 3],
     out: &mut Batch,
 ) {
+    if cfg!(target_arch = "wasm32") {
+        return one_by_one(|point| one(at, p, point), N, points, out);
+    }
     for l in 0..LANES {
         let at = at(p, [points[0][l], points[1][l], points[2][l]]);
         for side in 0..2 {
@@ -106,13 +111,42 @@ pub(super) fn all<const N: usize>(
 /// [`super::Spec::project_px_batch`].
 #[inline(always)]
 pub(super) fn all_px(
-    px: impl Fn(&[f64], [f64; 3]) -> [f64; 2],
+    px: impl Fn(&[f64], [f64; 3]) -> [f64; 2] + Copy,
     p: &[f64],
     points: &[Lanes; 3],
     out: &mut [Lanes; 2],
 ) {
     for l in 0..LANES {
-        let [u, v] = px(p, [points[0][l], points[1][l], points[2][l]]);
+        let [x, y, z] = [points[0][l], points[1][l], points[2][l]];
+        let [u, v] = if cfg!(target_arch = "wasm32") {
+            one_px(px, p, &Vector3::new(x, y, z)).map_or([f64::NAN; 2], Into::into)
+        } else {
+            px(p, [x, y, z])
+        };
         (out[0][l], out[1][l]) = (u, v);
+    }
+}
+
+/// [`all`] in little code: eight copies of every model's body would be a twentieth of the page's program.
+fn one_by_one(
+    project: impl Fn(&Vector3<f64>) -> Option<Projection>,
+    params: usize,
+    points: &[Lanes; 3],
+    out: &mut Batch,
+) {
+    for l in 0..LANES {
+        let Some(at) = project(&Vector3::new(points[0][l], points[1][l], points[2][l])) else {
+            (out.px[0][l], out.px[1][l]) = (f64::NAN, f64::NAN);
+            continue;
+        };
+        for side in 0..2 {
+            out.px[side][l] = at.px[side];
+            for k in 0..3 {
+                out.by_point[side][k][l] = at.by_point[(side, k)];
+            }
+            for k in (0..params).filter(|&k| k != 1 - side && k != 3 - side) {
+                out.by_params[side][k][l] = at.by_params[k][side];
+            }
+        }
     }
 }

@@ -20,15 +20,19 @@ fn spread<const N: usize>(places: Places<N>, p: &[f64]) -> [f64; 9] {
     all
 }
 
-#[inline(always)]
-fn at<const N: usize>(places: Places<N>, p: &[f64], point: [f64; 3]) -> At<N> {
-    let whole: At<9> = opencv::at(&spread(places, p), point);
-    At { px: whole.px, by_point: whole.by_point, by_params: whole.by_params.map(|by| places.map(|k| by[k])) }
+fn at<const N: usize>(places: Places<N>) -> impl Fn(&[f64], [f64; 3]) -> At<N> + Copy {
+    move |p, point| {
+        let whole: At<9> = opencv::at(&spread(places, p), point);
+        At {
+            px: whole.px,
+            by_point: whole.by_point,
+            by_params: whole.by_params.map(|by| places.map(|k| by[k])),
+        }
+    }
 }
 
-#[inline(always)]
-fn px<const N: usize>(places: Places<N>, p: &[f64], point: [f64; 3]) -> [f64; 2] {
-    opencv::px::<9>(&spread(places, p), point)
+fn px<const N: usize>(places: Places<N>) -> impl Fn(&[f64], [f64; 3]) -> [f64; 2] + Copy {
+    move |p, point| opencv::px::<9>(&spread(places, p), point)
 }
 
 /// A table of one of these models.
@@ -42,10 +46,10 @@ macro_rules! table {
             perspective: true,
             neutral: &[$({ let _ = $term; 0.0 }),*],
             params: params!($($term)*),
-            project: |p, x| one(|p, x| at($places, p, x), p, x),
-            project_px: |p, x| one_px(|p, x| px($places, p, x), p, x),
-            project_batch: |p, x, out| all(|p, x| at($places, p, x), p, x, out),
-            project_px_batch: |p, x, out| all_px(|p, x| px($places, p, x), p, x, out),
+            project: |p, x| one(at($places), p, x),
+            project_px: |p, x| one_px(px($places), p, x),
+            project_batch: |p, x, out| all(at($places), p, x, out),
+            project_px_batch: |p, x, out| all_px(px($places), p, x, out),
             guess_ray: pinhole::guess_ray,
             examples: $examples,
             invalid: &[&[533.0, 533.2]],
