@@ -39,6 +39,7 @@ pub mod pose;
 pub mod refine;
 pub mod residual;
 pub mod solution;
+pub mod splined;
 pub mod stats;
 mod surface;
 pub mod synth;

@@ -1,6 +1,7 @@
 //! Smooth surfaces over the picture that are fitted to corners while every pose is free.
 //!
-//! Such a surface ([`crate::residual`]) is two values at each knot of a grid, B-splines between them, and linear in the knots.
+//! Both the displacement on top of a camera ([`crate::residual`]) and the splined camera ([`crate::splined`]) are two values at
+//! each knot of a grid, B-splines between them, and both are linear in the knots: one problem of least squares serves both.
 
 mod factor;
 mod penalty;

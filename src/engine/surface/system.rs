@@ -1,8 +1,9 @@
 //! Normal equations of the knots, the poses eliminated.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector2};
 
 use super::{factor, rows::ViewRows};
+use crate::bspline::Patch;
 
 /// `Σ w BᵀB − …` and `Σ w Bᵀr − …` over some views; unknown `2 s + k` is coordinate k of the free knot s.
 #[derive(Clone, Debug)]
@@ -62,6 +63,23 @@ impl System {
                     for q in 0..2 {
                         self.matrix[(2 * a + p, 2 * b + q)] -= across[(2 * i + p, 2 * j + q)];
                     }
+                }
+            }
+        }
+    }
+
+    /// Adds a place where the surface shall have a value.
+    pub(crate) fn add_place(&mut self, patch: &Patch, value: &Vector2<f64>, slots: &[Option<usize>]) {
+        let parts = patch.parts().map(|p| (slots[p.at], p.weight));
+        for (slot, a) in parts {
+            let Some(slot) = slot else { continue };
+            for k in 0..2 {
+                self.right[2 * slot + k] += a * value[k];
+            }
+            for (other, b) in parts {
+                if let Some(other) = other.filter(|other| *other <= slot) {
+                    self.matrix[(2 * slot, 2 * other)] += a * b;
+                    self.matrix[(2 * slot + 1, 2 * other + 1)] += a * b;
                 }
             }
         }
