@@ -17,6 +17,7 @@
 
 mod fit;
 mod follow;
+mod seen;
 mod stereographic;
 
 use std::sync::Arc;

@@ -13,15 +13,15 @@
 
 use std::ops::ControlFlow;
 
-use nalgebra::{Point3, Rotation3, Vector2, Vector3, Vector6};
+use nalgebra::{Rotation3, Vector2, Vector6};
 
-use super::{Layout, Splined};
+use super::{Layout, Splined, seen::Seen};
 use crate::{
     Error, Result,
     pose::Pose,
-    solution::{Calibration, View},
+    solution::Calibration,
     stats::quantile,
-    surface::{Row, System, ViewRows, by_motion, penalty, usual_weights},
+    surface::{System, ViewRows, penalty},
     target::Target,
 };
 
@@ -39,6 +39,8 @@ const FLOOR_PX: f64 = 0.015;
 /// Steps in which the scale of the loss follows the residuals; then it stands still.
 const SETTLING: usize = 4;
 const MOST_STEPS: usize = 40;
+/// Most control points that are fitted: their normal matrix has the square of twice their number.
+const MOST_KNOTS: usize = 2500;
 /// Relative decrease of the sum below which it stands still.
 const TOLERANCE: f64 = 1e-10;
 
@@ -72,6 +74,12 @@ pub fn fit(
     layout: Layout,
     report: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<Fitted> {
+    let [columns, rows] = layout.knots;
+    if columns.saturating_mul(rows) > MOST_KNOTS {
+        return Err(Error::Invalid(format!(
+            "{columns} x {rows} control points: at most {MOST_KNOTS} can be fitted"
+        )));
+    }
     let start = Splined::following(&calibration.camera, layout)?;
     let views: Option<Vec<Seen>> =
         calibration.views.iter().map(|view| Seen::new(calibration, view, target)).collect();
@@ -85,75 +93,6 @@ fn undetermined() -> Error {
         "the corners do not determine a splined camera: add pictures with the board all over the picture"
             .to_owned(),
     )
-}
-
-/// The corners of a view.
-pub(super) struct Seen {
-    indices: Vec<u32>,
-    /// Board points relative to their middle.
-    points: Vec<Point3<f64>>,
-    middle: Vector3<f64>,
-    px: Vec<Vector2<f64>>,
-    weights: Vec<f64>,
-}
-
-impl Seen {
-    /// `None` where the camera does not see a corner.
-    pub(super) fn new(calibration: &Calibration, view: &View, target: &Target) -> Option<Self> {
-        let points: Option<Vec<Point3<f64>>> =
-            view.indices.iter().map(|i| target.point_in_board(*i)).collect();
-        let points = points.filter(|p| !p.is_empty())?;
-        let middle = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64;
-        let px = points.iter().zip(&view.residuals_px).map(|(point, residual)| {
-            Some(calibration.camera.project(&view.camera_from_board.apply(point))? + residual)
-        });
-        Some(Self {
-            indices: view.indices.clone(),
-            px: px.collect::<Option<_>>()?,
-            points: points.iter().map(|p| p - middle).collect(),
-            middle,
-            weights: usual_weights(&view.weights, &view.residuals_px, calibration.sigma0_px),
-        })
-    }
-
-    /// The pose whose translation is the place of the middle of the corners.
-    pub(super) fn centred(&self, pose: &Pose) -> Pose {
-        Pose { translation: pose.rotation * self.middle + pose.translation, ..*pose }
-    }
-
-    /// Inverse of [`Seen::centred`].
-    fn uncentred(&self, pose: &Pose) -> Pose {
-        Pose { translation: pose.translation - pose.rotation * self.middle, ..*pose }
-    }
-
-    /// Residuals at a pose (centred), px; `None` where the camera does not see a corner.
-    fn residuals(&self, camera: &Splined, pose: &Pose) -> Option<Vec<Vector2<f64>>> {
-        use crate::lens::Lens as _;
-        let seen = self.points.iter().zip(&self.px);
-        seen.map(|(point, px)| Some(px - camera.project_px(&pose.apply(point).coords)?)).collect()
-    }
-
-    /// Rows at a pose (centred), with the loss in the weights.
-    fn rows(&self, camera: &Splined, pose: &Pose, huber_px: f64) -> Option<ViewRows> {
-        let rows: Option<Vec<Row>> = (0..self.points.len())
-            .map(|i| {
-                let place = pose.apply(&self.points[i]).coords;
-                let there = camera.project(&place)?;
-                let residual = self.px[i] - there.px;
-                let weight =
-                    self.weights[i] * (huber_px / (self.weights[i].sqrt() * residual.norm())).min(1.0);
-                Some(Row {
-                    index: self.indices[i],
-                    seen_px: self.px[i],
-                    patch: there.patch,
-                    by_pose: by_motion(&there.by_point, &(place - pose.translation)),
-                    residual,
-                    weight,
-                })
-            })
-            .collect();
-        Some(ViewRows { rows: rows?, group: 0 })
-    }
 }
 
 /// A point in the space of unknowns.

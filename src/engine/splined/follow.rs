@@ -30,7 +30,7 @@ impl Layout {
             .ok_or_else(|| Error::Degenerate("the camera sees no pixel of its picture".to_owned()))?;
         let fov_x_deg = (4.0 * (0.5 * farthest.x).atan().to_degrees()).ceil().clamp(1.0, 359.0) as u32;
         let columns_only = Self { knots: [columns.max(4), 4], fov_x_deg };
-        let rows = (2.0 * farthest.y * columns_only.per_u()).ceil() as usize + 3;
+        let rows = ((2.0 * farthest.y * columns_only.per_u()).ceil() as usize).saturating_add(3);
         let layout = Self { knots: [columns, rows.max(4)], fov_x_deg };
         layout.validate()?;
         Ok(layout)

@@ -374,6 +374,9 @@ fn it_can_be_stopped_and_says_what_it_lacks() {
     let layout = Layout::covering(&truth, 12).unwrap();
     let stopped = fit(&calibration, &target, layout, &mut || ControlFlow::Break(()));
     assert_eq!(stopped.unwrap_err(), Error::Stopped);
+    assert!(Layout::covering(&truth, usize::MAX).is_err());
+    let large = Layout { knots: [100, 60], ..layout };
+    assert!(matches!(fit(&calibration, &target, large, &mut GO_ON.clone()), Err(Error::Invalid(_))));
     calibration.views.clear();
     let nothing = fit(&calibration, &target, layout, &mut GO_ON.clone());
     assert!(matches!(nothing, Err(Error::Degenerate(_))));
