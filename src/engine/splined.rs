@@ -8,7 +8,7 @@
 //! ```
 //!
 //! `Δu` is a grid of control points over `u`, bicubic B-splines between them ([`crate::bspline`]). `fx fy cx cy` say nothing that the
-//! surfaces could not say, so they are held when a camera is fitted ([`fit`]). Each control point moves a small part of the picture,
+//! surfaces could not say, so they are held when a camera is fitted ([`fit()`]). Each control point moves a small part of the picture,
 //! so the camera knows nothing where no corner was: [`Splined::supports`] says where.
 //!
 //! It is mrcal's `LENSMODEL_SPLINED_STEREOGRAPHIC` of order 3, number for number (D. Kogan, *mrcal*, "Lens models"): `Nx × Ny` control
