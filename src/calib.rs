@@ -11,4 +11,5 @@ pub mod experiment;
 pub mod figure;
 pub mod format;
 pub mod html;
+pub mod npy;
 pub mod report;

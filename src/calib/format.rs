@@ -20,21 +20,27 @@ mod nerfstudio;
 mod node;
 mod number;
 mod opencv;
+mod residual;
 mod ros;
 mod straightedge;
+
+use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
 use super::{
     Error, Result,
     camera::{Camera, refit::grid},
+    lens::Lens,
     observation::Corner,
     pose::Pose,
     report::{FrameReport, Report},
+    residual::{Corrected, Field},
     target::{BoardSize, Unit},
 };
 
 pub use destination::Destination;
+pub use mrcal::splined::{read_splined, write_splined};
 
 /// Largest camera file that is read, bytes.
 const MAX_BYTES: usize = 512 << 20;
@@ -113,6 +119,8 @@ pub struct Evidence {
     pub covariance: Option<DMatrix<f64>>,
     /// Positions, in the model's order, of the rows and columns of `covariance`.
     pub free: Vec<usize>,
+    /// What is seen beyond the camera, as a displacement over the picture.
+    pub residual: Option<Field>,
     /// The pictures.
     pub frames: Vec<Frame>,
 }
@@ -134,6 +142,7 @@ impl From<&Report> for Evidence {
             unit: Some(settings.unit),
             rms_px: solution.map(|s| s.rms_px),
             sigma: solution.map(|s| s.sigma.iter().map(|(_, v)| *v).collect()).unwrap_or_default(),
+            residual: solution.and_then(|s| s.residual_map.as_ref()?.field.clone()),
             frames: report.included().map(frame).collect(),
             ..Self::default()
         }
@@ -215,6 +224,17 @@ struct Content {
     notes: Vec<String>,
 }
 
+impl CameraFile {
+    /// What undistorts pictures of this camera: with its displacement where the file has one.
+    pub fn lens(&self) -> Arc<dyn Lens> {
+        let camera = self.camera.clone();
+        match self.evidence.residual.clone() {
+            Some(field) => Arc::new(Corrected { camera, field }),
+            None => Arc::new(camera),
+        }
+    }
+}
+
 impl From<Camera> for Content {
     fn from(camera: Camera) -> Self {
         Self { camera, evidence: Evidence::default(), notes: Vec::new() }
@@ -228,7 +248,7 @@ impl From<Camera> for Content {
 /// no approximation of it.
 pub fn write(format: &Format, export: &Export<'_>) -> Result<Written> {
     export.camera.validate()?;
-    let Draft { text, notes, exact } = (format.write)(export)?;
+    let Draft { text, mut notes, exact } = (format.write)(export)?;
     let back = (format.read)(&text)?;
     let self_check_px = difference_px(export.camera, &back.camera)?;
     if exact && self_check_px > EXACT_PX * scale_px(export.camera) {
@@ -236,6 +256,12 @@ pub fn write(format: &Format, export: &Export<'_>) -> Result<Written> {
             "the {} text does not give back the camera: {self_check_px:.3e} px off; choose another format",
             format.title
         )));
+    }
+    if export.evidence.residual.is_some() && back.evidence.residual.is_none() {
+        notes.push(format!(
+            "{} has no place for the residual map: it is in the JSON of straightedge, and as an array by --residual-map",
+            format.title
+        ));
     }
     Ok(Written { text, self_check_px, notes })
 }

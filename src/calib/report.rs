@@ -22,6 +22,7 @@ use super::{
     named::Named,
     observation::Corner,
     pose::Pose,
+    residual::ResidualMap,
     solution::{ClosedForm, Iteration, Starts, Termination, Warning},
     stats::{Comparison, Coverage, ErrorStats, Trend},
     target::{BoardSize, Target, Unit},
@@ -224,6 +225,9 @@ pub struct Solution {
     pub uncertainty: Uncertainty,
     /// Whether errors depend on how the board stood; none where there are too few pictures.
     pub trends: Trends,
+    /// What the model leaves as a displacement over the picture, and whether that is worth having; only where it was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_map: Option<ResidualMap>,
     /// Comparison with the true camera, by parameter; empty where it is not known.
     #[serde(default, with = "wire::by_name", skip_serializing_if = "Vec::is_empty")]
     pub truth: Vec<Comparison>,

@@ -66,6 +66,10 @@ pub(super) struct Args {
     /// Write the evidence as one HTML page
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    /// What the model leaves, as a smooth displacement over the picture (.npy: height x width x 2, px), and whether it is worth
+    /// having. Where it is, the JSON carries it and `undistort` applies it; where it is not, the array is zero
+    #[arg(long, value_name = "FILE.npy", value_parser = outputs::npy)]
+    residual_map: Option<PathBuf>,
     /// Exit with 1 where a condition holds: 'rms>0.5,uncertainty>1'
     #[arg(long, value_name = "CONDITIONS")]
     fail_if: Option<FailIf>,
@@ -82,7 +86,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         let named = [&args.corners, &args.truth, &args.start];
         args.paths.iter().chain(named.into_iter().flatten()).map(PathBuf::as_path)
     };
-    for path in args.out.iter().map(|o| Path::new(&o.path)).chain(args.report.as_deref()) {
+    let results = args.out.iter().map(|o| Path::new(&o.path));
+    for path in results.chain(args.report.as_deref()).chain(args.residual_map.as_deref()) {
         files::may_write(path, inputs())?;
     }
     let truth = args.truth.as_deref().map(inputs::truth).transpose()?;
@@ -114,6 +119,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         models,
         start,
         truth,
+        residual_map: args.residual_map.is_some(),
         options: Options {
             fixed: args.fix.0.clone(),
             loss: args.loss,
@@ -168,11 +174,14 @@ fn answer(args: &Args, found: &Evidence) -> Result<ExitCode> {
         for destination in &args.out {
             well &= outputs::told(outputs::camera(report, destination));
         }
+        if let Some(path) = &args.residual_map {
+            well &= outputs::told(outputs::residual_map(report, path));
+        }
         for reason in args.fail_if.iter().flat_map(|f| f.reasons(report)) {
             say(&format!("failed: {reason}"));
             well = false;
         }
-    } else if !args.out.is_empty() {
+    } else if !args.out.is_empty() || args.residual_map.is_some() {
         say("no camera file was written: there is no calibration");
     }
     if let Some(path) = &args.report {

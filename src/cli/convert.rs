@@ -71,6 +71,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         file.evidence.sigma.clear();
         (file.evidence.covariance, file.evidence.free) = (None, Vec::new());
         file.camera = camera;
+        if file.evidence.residual.take().is_some() {
+            file.notes.push("the residual map was that of the other model: it is left out".to_owned());
+        }
     }
     let export = Export { camera: &file.camera, evidence: &file.evidence, report: None };
     let written = format::write(output.format, &export)?;

@@ -11,7 +11,9 @@ use crate::{
         calibrate::pose_of,
         camera::Camera,
         detect, json,
+        observation::Corner,
         report::{FrameReport, FrameState},
+        residual::Field,
         stats,
         target::{BoardSize, Target, Unit},
     },
@@ -59,7 +61,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     for note in &file.notes {
         say(&format!("note: {note}"));
     }
-    let camera = file.camera;
+    let (camera, residual) = (file.camera, file.evidence.residual.as_ref());
     let sources = frames::sources(&args.pictures.paths)?;
     if sources.is_empty() {
         return Err(files::no_pictures(&args.pictures.paths));
@@ -75,8 +77,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         Some(choice.size)
     });
     let (square, unit) = args.board.square();
-    let frames: Vec<FrameReport> =
-        entries.iter().map(|entry| placed(assemble::frame(entry, board), &camera, board, square)).collect();
+    let frames: Vec<FrameReport> = entries
+        .iter()
+        .map(|entry| placed(assemble::frame(entry, board), &camera, residual, board, square))
+        .collect();
     let found = frames.iter().any(|f| f.included);
     let settings = Settings {
         camera: args.camera.display().to_string(),
@@ -95,7 +99,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 }
 
 /// A picture with the pose of its board, or with the reason why it has none.
-fn placed(mut frame: FrameReport, camera: &Camera, board: Option<BoardSize>, square: f64) -> FrameReport {
+fn placed(
+    mut frame: FrameReport,
+    camera: &Camera,
+    residual: Option<&Field>,
+    board: Option<BoardSize>,
+    square: f64,
+) -> FrameReport {
     let (Some(size), Some([w, h]), true) = (board, frame.image_size_px, frame.found) else { return frame };
     if [w, h] != camera.size_px {
         let [cw, ch] = camera.size_px;
@@ -105,7 +115,15 @@ fn placed(mut frame: FrameReport, camera: &Camera, board: Option<BoardSize>, squ
         return frame;
     }
     let target = Target::checkerboard(size, square);
-    match pose_of(camera, &target, &frame.corners) {
+    // Where the model alone would show what was seen.
+    let modelled =
+        |c: &Corner| Some(Corner { px: residual.map_or(Some(c.px), |f| f.modelled(&c.px))?, ..*c });
+    let Some(corners) = frame.corners.iter().map(modelled).collect::<Option<Vec<_>>>() else {
+        frame.why =
+            "the residual map of the camera file folds: calibrate again without --residual-map".to_owned();
+        return frame;
+    };
+    match pose_of(camera, &target, &corners) {
         Err(error) => frame.why = error.to_string(),
         Ok((pose, residuals)) => {
             let errors = stats::errors(&residuals.iter().map(|r| r.norm()).collect::<Vec<_>>());

@@ -116,6 +116,9 @@ fn certainty(report: &Report, solution: &Solution) -> String {
             100.0 * c.cells_fraction
         ),
     ]);
+    if let Some(map) = &solution.residual_map {
+        table.row(["Residual map".to_owned(), map.to_string()]);
+    }
     let starts = &solution.starts;
     let from = solution
         .closed_form

@@ -55,7 +55,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     for note in &file.notes {
         say(&format!("note: {note}"));
     }
-    let straight = Straightener::new(&file.camera, args.alpha, args.crop)?;
+    let straight = Straightener::new(file.lens().as_ref(), args.alpha, args.crop)?;
     for warning in &straight.warnings {
         say(&format!("warning: {}", warning.text));
     }

@@ -374,35 +374,7 @@ impl Camera {
     ///
     /// The image of rays further out turns back on itself: those pixels cannot be undistorted.
     pub fn fold_rad(&self) -> f64 {
-        const AZIMUTHS: i32 = 72;
-        const STEPS: i32 = 720;
-        let mut limit = std::f64::consts::PI;
-        for a in 0..AZIMUTHS {
-            let (sin, cos) = (std::f64::consts::TAU * f64::from(a) / f64::from(AZIMUTHS)).sin_cos();
-            let grows = |t: f64| {
-                let ray = Vector3::new(cos * t.sin(), sin * t.sin(), t.cos());
-                self.expansion(&ray).is_some_and(|d| d > 0.0)
-            };
-            let mut good = 0.0;
-            for i in 1..=STEPS {
-                let t = std::f64::consts::PI * f64::from(i) / f64::from(STEPS);
-                if good >= limit {
-                    break;
-                }
-                if grows(t) {
-                    good = t;
-                    continue;
-                }
-                let mut bad = t;
-                while bad - good > 1e-10 {
-                    let mid = 0.5 * (good + bad);
-                    if grows(mid) { good = mid } else { bad = mid }
-                }
-                limit = limit.min(good);
-                break;
-            }
-        }
-        limit
+        super::lens::fold_rad(&|ray| self.expansion(ray))
     }
 }
 

@@ -21,6 +21,7 @@
 //!
 //! `docs/interface.md` defines every word, option and field.
 
+pub mod bspline;
 pub mod calibrate;
 pub mod camera;
 pub mod circles;
@@ -29,14 +30,18 @@ pub mod error;
 pub mod homography;
 pub mod image;
 pub mod json;
+pub mod lens;
 pub mod marker;
 pub mod named;
 pub mod number;
 pub mod observation;
 pub mod pose;
 pub mod refine;
+pub mod residual;
 pub mod solution;
+pub mod splined;
 pub mod stats;
+mod surface;
 pub mod synth;
 pub mod target;
 pub mod uncertainty;

@@ -23,6 +23,7 @@ use super::{
     Error, Result,
     camera::{Camera, Model},
     image::Photo,
+    lens::Lens,
     solution::Warning,
 };
 
@@ -84,14 +85,14 @@ pub struct Rect {
 /// # Errors
 /// [`Error::Invalid`] for α outside of 0 to 1 and for a camera that is not valid; [`Error::Degenerate`] where no pixel has a
 /// ray.
-pub fn new_camera(camera: &Camera, alpha: f64) -> Result<Camera> {
+pub fn new_camera(camera: &dyn Lens, alpha: f64) -> Result<Camera> {
     if !(0.0..=1.0).contains(&alpha) {
         return Err(Error::Invalid(format!("alpha is {alpha}: give a number from 0 to 1")));
     }
     camera.validate()?;
     let region = region::trace(camera)?;
     let intrinsics = window::intrinsics(camera, &region, alpha)?;
-    Camera::new(Model::Pinhole, camera.size_px, intrinsics.to_vec())
+    Camera::new(Model::Pinhole, camera.size_px(), intrinsics.to_vec())
 }
 
 /// The largest rectangle of an undistorted picture in which every pixel is valid; `None` where none is.
@@ -115,7 +116,7 @@ impl Straightener {
     ///
     /// # Errors
     /// As [`new_camera`].
-    pub fn new(camera: &Camera, alpha: f64, crop: bool) -> Result<Self> {
+    pub fn new(camera: &dyn Lens, alpha: f64, crop: bool) -> Result<Self> {
         let mut target = new_camera(camera, alpha)?;
         let mut map = Map::new(camera, &target)?;
         if crop && let Some(rect) = largest_valid(&map) {
@@ -140,7 +141,7 @@ impl Straightener {
 /// As [`new_camera`] and [`Map::remap`].
 pub fn straighten(
     photo: &Photo,
-    camera: &Camera,
+    camera: &dyn Lens,
     alpha: f64,
     crop: bool,
     interpolation: Interpolation,

@@ -43,6 +43,9 @@ pub struct Case {
     pub excluded: Vec<usize>,
     /// Corners that the user dropped: position of the picture, index on the board.
     pub dropped: Vec<(usize, u32)>,
+    /// Whether what the model leaves is sought as a displacement over the picture.
+    #[serde(default)]
+    pub residual_map: bool,
     /// The rest of what the report says about what was asked for.
     pub settings: Settings,
 }
@@ -59,6 +62,7 @@ impl Case {
             options: Options::default(),
             excluded: Vec::new(),
             dropped: Vec::new(),
+            residual_map: false,
             settings,
         }
     }
@@ -139,6 +143,9 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
         Ok((calibration, target)) => {
             report.settings.model = calibration.camera.model;
             report.calibrated(&calibration, &target);
+            if case.residual_map {
+                report.with_residual_map(&calibration, &target);
+            }
             if let Some(truth) = &case.truth {
                 compare(&mut report, &calibration, truth);
             }

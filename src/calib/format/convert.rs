@@ -25,6 +25,7 @@ impl CameraFile {
             }
         }
         e.rms_px = e.rms_px.map(|v| v * scale);
+        e.residual = e.residual.as_ref().map(|field| field.scaled(scale)).transpose()?;
         for frame in &mut e.frames {
             frame.rms_px = frame.rms_px.map(|v| v * scale);
             for c in &mut frame.corners {
@@ -43,6 +44,7 @@ impl CameraFile {
         let mut file = self.clone();
         file.camera = self.camera.cropped(rectangle)?;
         let [x, y] = [rectangle[0], rectangle[1]].map(f64::from);
+        file.evidence.residual = file.evidence.residual.map(|field| field.cropped([x, y]));
         for corner in file.evidence.frames.iter_mut().flat_map(|f| &mut f.corners) {
             corner.px.x -= x;
             corner.px.y -= y;

@@ -3,6 +3,8 @@
 //! Origin at the centre of the first pixel; `LENSMODEL_OPENCV5` = `fx fy cx cy k1 k2 p1 p2 k3`. The pose is that of the
 //! reference in the camera; both spellings (`rt_cam_ref` and the older `extrinsics`) are written.
 
+pub(super) mod splined;
+
 use std::{iter::Peekable, str::Chars};
 
 use super::{
@@ -35,13 +37,17 @@ fn write(export: &Export<'_>) -> Result<Draft> {
     let (camera, note) = held(export.camera, HAS, &[Model::ThinPrism], "mrcal")?;
     let terms = opencv_terms(&camera).filter(|_| camera.model != Model::Pinhole).unwrap_or_default();
     let model = if terms.is_empty() { "PINHOLE".to_owned() } else { format!("OPENCV{}", terms.len()) };
-    let [w, h] = camera.size_px;
     let k = camera.intrinsics();
-    let text = format!(
-        "{{\n    'lensmodel':  'LENSMODEL_{model}',\n\n    # intrinsics are fx,fy,cx,cy,distortion0,distortion1,....\n    'intrinsics': [ {},],\n\n    'rt_cam_ref': [ 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,],\n    'extrinsics': [ 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,],\n\n    'imagersize': [ {w}, {h},],\n}}\n",
-        joined(k.iter().chain(&terms), ", ")
-    );
+    let text = text_of(&format!("LENSMODEL_{model}"), k.iter().chain(&terms), camera.size_px);
     Ok(Draft::noted(text, note))
+}
+
+/// A file without a pose.
+fn text_of<'a>(model: &str, intrinsics: impl IntoIterator<Item = &'a f64>, [w, h]: [u32; 2]) -> String {
+    format!(
+        "{{\n    'lensmodel':  '{model}',\n\n    # intrinsics are fx,fy,cx,cy,distortion0,distortion1,....\n    'intrinsics': [ {},],\n\n    'rt_cam_ref': [ 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,],\n    'extrinsics': [ 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,],\n\n    'imagersize': [ {w}, {h},],\n}}\n",
+        joined(intrinsics, ", ")
+    )
 }
 
 fn read(text: &str) -> Result<Content> {

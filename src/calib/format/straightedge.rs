@@ -10,6 +10,7 @@ use super::{
     Content, Draft, Evidence, Export, Format, Frame,
     node::{Node, size_px},
     number::{joined, number},
+    residual,
 };
 use crate::calib::{
     Error, Result,
@@ -80,6 +81,9 @@ fn write(export: &Export<'_>) -> Result<Draft> {
                 covariance.row_iter().map(|r| format!("[{}]", joined(r.iter(), ", "))).collect();
             field("covariance", format!("[\n    {}\n  ]", rows.join(",\n    ")));
         }
+    }
+    if let Some(residual_field) = &evidence.residual {
+        field("residual_map", residual::written(residual_field));
     }
     if !evidence.frames.is_empty() {
         let frames: Vec<String> = evidence.frames.iter().map(frame).collect();
@@ -167,6 +171,9 @@ fn read(text: &str) -> Result<Content> {
             .iter()
             .map(|p| sigma.find(p.name).map(|v| v.number(p.name)).transpose())
             .collect::<Result<_>>()?;
+    }
+    if let Some(map) = root.find("residual_map") {
+        evidence.residual = residual::read(map)?;
     }
     if let Some(covariance) = root.find("covariance") {
         read_covariance(covariance, params.len(), &mut evidence)?;

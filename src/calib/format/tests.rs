@@ -29,6 +29,7 @@ fn sample() -> (Camera, Evidence) {
         ],
         covariance: None,
         free: Vec::new(),
+        residual: None,
         frames: vec![Frame {
             file: "images/v01.png".to_owned(),
             camera_from_board: Some(Pose::from_rvec_tvec(

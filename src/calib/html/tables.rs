@@ -106,6 +106,9 @@ pub(super) fn certainty(report: &Report, solution: &Solution) -> String {
             ))
         ),
     )];
+    if let Some(map) = &solution.residual_map {
+        rows.push(("Residual map", map.to_string()));
+    }
     if let Some(t) = &solution.truth_corners {
         rows.push((
             "Corners against truth",

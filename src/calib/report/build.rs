@@ -8,6 +8,7 @@ use super::{Failure, FrameReport, GroupReport, Report, Settings, Solution, Timin
 use crate::calib::{
     Error, Result,
     camera::Camera,
+    residual,
     solution::{Calibration, Warning},
     stats,
     synth::Truth,
@@ -87,9 +88,25 @@ impl Report {
             coverage: stats::coverage(&self.corners_px(), camera.size_px),
             uncertainty: uncertainty::of(calibration, target, Range::Boards),
             trends: Trends { rms_by_tilt_rad: trend(|f| f.tilt_rad), rms_by_distance: trend(|f| f.distance) },
+            residual_map: None,
             truth: Vec::new(),
             truth_corners: None,
             camera,
+        }
+    }
+
+    /// Adds the residual map, or a warning that says why there is none.
+    pub fn with_residual_map(&mut self, calibration: &Calibration, target: &Target) {
+        match residual::residual_map(calibration, target) {
+            Ok(map) => {
+                if let Some(solution) = &mut self.solution {
+                    solution.residual_map = Some(map);
+                }
+            }
+            Err(error) => {
+                self.warnings
+                    .push(Warning::new("no_residual_map", format!("there is no residual map: {error}")));
+            }
         }
     }
 

@@ -1,5 +1,7 @@
 //! Where each pixel of the output comes from.
 
+use std::sync::Arc;
+
 use nalgebra::{Vector2, Vector3};
 
 use super::{MAX_ANGLE_RAD, reach};
@@ -7,6 +9,7 @@ use crate::{
     Error, Result,
     camera::{Camera, LANES, Lanes, Model},
     image::Plane,
+    lens::Lens,
 };
 
 /// Fraction bits of a fixed-point position: 1/16384 px, and pictures up to 131 071 px wide.
@@ -24,10 +27,10 @@ const SLACK_PX: f64 = 1e-6;
 
 /// From the pixels of an undistorted picture to positions in the photograph.
 ///
-/// It holds cameras, not positions: a row of positions costs less to compute than to fetch from memory.
+/// It holds lenses, not positions: a row of positions costs less to compute than to fetch from memory.
 #[derive(Clone, Debug)]
 pub struct Map {
-    source: Camera,
+    source: Arc<dyn Lens>,
     target: [f64; 4],
     size: [usize; 2],
     /// tan² of the largest angle off the axis that may be shown.
@@ -49,11 +52,11 @@ pub(super) struct Row {
 }
 
 impl Map {
-    /// The map from the pinhole camera `target` back to `source`.
+    /// The map from the pinhole camera `target` back to the lens `source`.
     ///
     /// # Errors
     /// [`Error::Invalid`] where a camera is not valid, `target` is not a pinhole, or a side is longer than 131 071 px.
-    pub fn new(source: &Camera, target: &Camera) -> Result<Self> {
+    pub fn new(source: &dyn Lens, target: &Camera) -> Result<Self> {
         source.validate()?;
         target.validate()?;
         if target.model != Model::Pinhole {
@@ -62,7 +65,7 @@ impl Map {
                 target.model
             )));
         }
-        let longest = source.size_px.into_iter().chain(target.size_px).max().unwrap_or_default();
+        let longest = source.size_px().into_iter().chain(target.size_px).max().unwrap_or_default();
         if longest >= 1 << (31 - FRACTION_BITS) {
             return Err(Error::Invalid(format!(
                 "a side of {longest} px is too long: give a smaller picture"
@@ -78,7 +81,7 @@ impl Map {
         // What lies just on the limit counts as within.
         let limit = reach::fold_within(source, view).min(MAX_ANGLE_RAD.tan()) * (1.0 + 1e-9);
         Ok(Self {
-            source: source.clone(),
+            source: source.shared(),
             target: [fx, fy, cx, cy],
             size: target.size_px.map(|n| n as usize),
             limit2: limit * limit,
@@ -92,7 +95,7 @@ impl Map {
 
     /// `[width, height]` of the photograph, px.
     pub fn source_size(&self) -> [usize; 2] {
-        self.source.size_px.map(|n| n as usize)
+        self.source.size_px().map(|n| n as usize)
     }
 
     /// Position in the photograph of the output position `(u, v)`, px; `None` where it is not valid (see the module).
@@ -102,7 +105,7 @@ impl Map {
         if x * x + y * y > self.limit2 {
             return None;
         }
-        let px = (self.source.spec().project_px)(&self.source.params, &Vector3::new(x, y, 1.0))?;
+        let px = self.source.project_px(&Vector3::new(x, y, 1.0))?;
         let [w, h] = self.last();
         let inside = |a: f64, last: f64| (-SLACK_PX..=last + SLACK_PX).contains(&a);
         (inside(px.x, w) && inside(px.y, h)).then(|| Vector2::new(px.x.clamp(0.0, w), px.y.clamp(0.0, h)))
@@ -131,7 +134,7 @@ impl Map {
 
     /// Centre of the last pixel of the photograph, px.
     fn last(&self) -> [f64; 2] {
-        self.source.size_px.map(|n| f64::from(n) - 1.0)
+        self.source.size_px().map(|n| f64::from(n) - 1.0)
     }
 
     /// Positions of row `v`.
@@ -174,12 +177,11 @@ impl Map {
 
     /// Positions of `count` nodes of a row, the first one [`STEP`] pixels before it, px.
     fn place_nodes(&self, y: f64, count: usize, nodes: &mut [Vec<f64>; 2]) {
-        let batch = self.source.spec().project_px_batch;
         let mut px: [Lanes; 2] = [[0.0; LANES]; 2];
         nodes.iter_mut().for_each(Vec::clear);
         for k in (0..count).step_by(LANES) {
             let x = std::array::from_fn(|i| self.ray_x((k + i) as f64 * STEP as f64 - STEP as f64));
-            batch(&self.source.params, &[x, [y; LANES], [1.0; LANES]], &mut px);
+            self.source.project_px_batch(&[x, [y; LANES], [1.0; LANES]], &mut px);
             nodes[0].extend(px[0]);
             nodes[1].extend(px[1]);
         }
@@ -190,7 +192,7 @@ impl Map {
         let [w, h] = self.last();
         let x: Lanes = std::array::from_fn(|i| self.ray_x(first + i as f64));
         let mut px: [Lanes; 2] = [[0.0; LANES]; 2];
-        (self.source.spec().project_px_batch)(&self.source.params, &[x, [y; LANES], [1.0; LANES]], &mut px);
+        self.source.project_px_batch(&[x, [y; LANES], [1.0; LANES]], &mut px);
         for i in 0..LANES {
             let (a, b) = (px[0][i], px[1][i]);
             let valid = (a >= -SLACK_PX)

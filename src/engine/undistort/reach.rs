@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::MAX_ANGLE_RAD;
-use crate::{camera::Camera, solution::Warning};
+use crate::{lens::Lens, solution::Warning};
 
 /// Up to where a camera can be undistorted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,7 +21,7 @@ pub struct Reach {
 }
 
 /// Measures the reach on a grid over the photograph.
-pub fn reach(camera: &Camera) -> Reach {
+pub fn reach(camera: &dyn Lens) -> Reach {
     const GRID: u32 = 48;
     let fold = camera.fold_rad();
     let [_, _, cx, cy] = camera.intrinsics();
@@ -30,10 +30,10 @@ pub fn reach(camera: &Camera) -> Reach {
         .filter_map(|i| {
             let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 72.0).sin_cos();
             let ray = Vector3::new(cos * fold.sin(), sin * fold.sin(), fold.cos());
-            Some(((camera.spec().project_px)(&camera.params, &ray)? - centre).norm())
+            Some((camera.project_px(&ray)? - centre).norm())
         })
         .fold(f64::INFINITY, f64::min);
-    let [w, h] = camera.size_px.map(f64::from);
+    let [w, h] = camera.size_px().map(f64::from);
     let (mut beyond, mut wide, mut all) = (0, 0, 0);
     for j in 0..GRID {
         for i in 0..GRID {
@@ -55,7 +55,7 @@ pub fn reach(camera: &Camera) -> Reach {
 }
 
 /// What someone who undistorts with this camera should know: `model_folds` and `view_limited`.
-pub fn warnings(camera: &Camera) -> Vec<Warning> {
+pub fn warnings(camera: &dyn Lens) -> Vec<Warning> {
     let reach = reach(camera);
     let mut warnings = Vec::new();
     if reach.beyond > 0.0 {
@@ -89,7 +89,7 @@ fn percent(share: f64) -> String {
 
 /// tan of the largest angle that a flat picture of half-angle `atan(view)` may show without meeting the fold; infinite where
 /// there is none in view. [`MAX_ANGLE_RAD`] is not part of it.
-pub(super) fn fold_within(camera: &Camera, view: f64) -> f64 {
+pub(super) fn fold_within(camera: &dyn Lens, view: f64) -> f64 {
     // The sign of the expansion is that of a polynomial of low degree: a fold does not hide between 32 steps.
     const AZIMUTHS: i32 = 24;
     const STEPS: i32 = 32;

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use super::{MAX_ANGLE_RAD, reach};
-use crate::{Error, Result, camera::Camera};
+use crate::{Error, Result, lens::Lens};
 
 /// Most border points on one side of the photograph. On a side of 1280 px that bows by 30 px, chords between 400 points leave
 /// the arc by less than 0.001 px.
@@ -22,8 +22,8 @@ pub(super) struct Region {
 ///
 /// Where border pixels have no usable ray (the model folds before it reaches them, or they look too far off the axis), the
 /// circle of the largest usable angle takes their place.
-pub(super) fn trace(camera: &Camera) -> Result<Region> {
-    let pixels = border_pixels(camera.size_px);
+pub(super) fn trace(camera: &dyn Lens) -> Result<Region> {
+    let pixels = border_pixels(camera.size_px());
     let rays: Vec<_> = pixels.iter().map(|px| point(camera, px)).collect();
     let view = rays.iter().flatten().map(|p| p.norm()).fold(0.0, f64::max);
     let fold = if rays.iter().all(Option::is_some) {
@@ -35,9 +35,9 @@ pub(super) fn trace(camera: &Camera) -> Result<Region> {
     let usable = |p: Option<Vector2<f64>>| p.filter(|p| p.norm() <= limit);
     let inside = anchor(camera, |px| usable(point(camera, px)))?;
     let [fx, fy, cx, cy] = camera.intrinsics();
-    let [w, h] = camera.size_px.map(|n| f64::from(n) - 1.0);
+    let [w, h] = camera.size_px().map(|n| f64::from(n) - 1.0);
     let shown = |p: &Vector2<f64>| {
-        let px = (camera.spec().project_px)(&camera.params, &p.push(1.0));
+        let px = camera.project_px(&p.push(1.0));
         px.is_some_and(|px| px.x >= 0.0 && px.y >= 0.0 && px.x <= w && px.y <= h)
     };
     let mut border = Vec::with_capacity(pixels.len());
@@ -69,15 +69,15 @@ pub(super) fn trace(camera: &Camera) -> Result<Region> {
 }
 
 /// The point of the plane z = 1 that a pixel shows.
-fn point(camera: &Camera, px: &Vector2<f64>) -> Option<Vector2<f64>> {
+fn point(camera: &dyn Lens, px: &Vector2<f64>) -> Option<Vector2<f64>> {
     let ray = camera.unproject(px)?;
     (ray.z > 0.0).then(|| ray.xy() / ray.z)
 }
 
 /// What a pixel that has a ray shows: the middle of the picture where possible, else the nearest to it on a grid.
-fn anchor(camera: &Camera, usable: impl Fn(&Vector2<f64>) -> Option<Vector2<f64>>) -> Result<Vector2<f64>> {
+fn anchor(camera: &dyn Lens, usable: impl Fn(&Vector2<f64>) -> Option<Vector2<f64>>) -> Result<Vector2<f64>> {
     const GRID: u32 = 32;
-    let [w, h] = camera.size_px.map(|n| f64::from(n) - 1.0);
+    let [w, h] = camera.size_px().map(|n| f64::from(n) - 1.0);
     let middle = Vector2::new(0.5 * w, 0.5 * h);
     if let Some(point) = usable(&middle) {
         return Ok(point);

@@ -483,3 +483,35 @@ fn wrong_requests_are_refused() {
     assert!(message.contains("799 x 600") && message.contains("800 x 600"), "{message}");
     assert!("cubic".parse::<Interpolation>().is_err());
 }
+
+#[test]
+fn a_lens_with_a_residual_field_is_mapped_as_exactly() {
+    use crate::residual::{Corrected, Field};
+    let camera = brown([640, 480], 533.0, [-0.2854, 0.064, 1.1e-3, -1.3e-4, 0.0]);
+    let mut offsets = vec![[0.0; 2]; 13 * 9];
+    (offsets[58], offsets[59], offsets[84]) = ([0.8, -0.5], [0.6, 0.4], [-0.5, 0.3]);
+    // At the border too: α = 0 must take it in.
+    offsets[5] = [0.4, -1.2];
+    let field = Field::new([-0.5; 2], [64.0, 80.0], [13, 9], offsets).unwrap();
+    let lens = Corrected { camera: camera.clone(), field: field.clone() };
+    let straight = Straightener::new(&lens, 0.0, false).unwrap();
+    assert!(straight.map.mask().data().iter().all(|v| *v == 255));
+    let mut row = map::Row::default();
+    let (mut worst, mut largest) = (0.0f64, 0.0f64);
+    let plain = Map::new(&camera, &straight.camera).unwrap();
+    for v in 0..480 {
+        straight.map.row(v, &mut row);
+        for u in 0..640 {
+            let at = straight.map.at(u as f64, v as f64).unwrap();
+            let fixed = Vector2::new(f64::from(row.x[u]), f64::from(row.y[u])) / f64::from(map::ONE);
+            worst = worst.max((fixed - at).amax());
+            if let Some(without) = plain.at(u as f64, v as f64) {
+                let moved = at - without;
+                largest = largest.max(moved.norm());
+                assert!((moved - field.at(&without)).norm() < 1e-9 || at.x == 0.0 || at.y == 0.0);
+            }
+        }
+    }
+    println!("rows differ by {worst:.1e} px, the field moves by up to {largest:.2} px");
+    assert!(worst < 1.1e-4 && largest > 0.4);
+}

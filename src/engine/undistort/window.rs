@@ -11,6 +11,7 @@ use super::{Map, region::Region};
 use crate::{
     Result,
     camera::{Camera, Model},
+    lens::Lens,
 };
 
 /// Centre and half the side of a square in the scaled plane.
@@ -21,9 +22,9 @@ struct Square {
 }
 
 /// `fx fy cx cy` of the output camera.
-pub(super) fn intrinsics(camera: &Camera, region: &Region, alpha: f64) -> Result<[f64; 4]> {
+pub(super) fn intrinsics(camera: &dyn Lens, region: &Region, alpha: f64) -> Result<[f64; 4]> {
     let [fx, fy, _, _] = camera.intrinsics();
-    let [w, h] = camera.size_px.map(|n| f64::from(n) - 1.0);
+    let [w, h] = camera.size_px().map(|n| f64::from(n) - 1.0);
     if w == 0.0 || h == 0.0 {
         // A line or a single pixel has no view to fit: the middle stays where it is.
         return Ok([fx, fy, 0.5 * w - fx * region.inside.x, 0.5 * h - fy * region.inside.y]);
@@ -40,7 +41,7 @@ pub(super) fn intrinsics(camera: &Camera, region: &Region, alpha: f64) -> Result
         [f, fy, 0.5 * w - f * s.centre.x, 0.5 * h - fy * s.centre.y / aspect]
     };
     for _ in 0..40 {
-        let target = Camera::new(Model::Pinhole, camera.size_px, of_square(inner).to_vec())?;
+        let target = Camera::new(Model::Pinhole, camera.size_px(), of_square(inner).to_vec())?;
         if Map::new(camera, &target)?.border_is_valid() {
             break;
         }
