@@ -71,7 +71,7 @@ pub fn preview(answer: &Answer, index: usize) -> Result<Option<Preview>> {
     }
     notes.extend(written.notes);
     let extension = format.usual.first().copied().unwrap_or("txt");
-    let name = if format.name == "colmap" { "cameras.txt".to_owned() } else { format!("camera.{extension}") };
+    let name = format!("{}.{extension}", format.stem);
     Ok(Some(Preview { name, text: written.text, notes }))
 }
 
