@@ -12,3 +12,4 @@ pub mod figure;
 pub mod format;
 pub mod html;
 pub mod report;
+pub mod stmap;
