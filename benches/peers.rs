@@ -24,7 +24,7 @@ use straightedge::calib::{
     camera::{Camera, Model},
     detect::{self, detect},
     image::{Gray, Photo, Plane, Samples},
-    undistort::{Interpolation, Map, Straightener},
+    undistort::{Framing, Interpolation, Map, Straightener},
 };
 
 fn main() {
@@ -99,13 +99,16 @@ fn undistort(dir: &Path, out: &mut Json<String, serde_json::Value>) {
             put("one-shot", least_ms(|| Map::new(&camera, &same).and_then(|m| m.remap(&photo, bilinear))));
             put(
                 "alpha",
-                least_ms(|| Straightener::new(&camera, 0.0, false).and_then(|s| s.run(&photo, bilinear))),
+                least_ms(|| {
+                    Straightener::new(&camera, &Framing::flat(0.0), false)
+                        .and_then(|s| s.run(&photo, bilinear))
+                }),
             );
             put("cached", least_ms(|| map.remap(&photo, bilinear)));
             put("lanczos", least_ms(|| map.remap(&photo, Interpolation::Lanczos)));
             if channels == 1 {
                 put("map", least_ms(|| map.mask()));
-                put("view", least_ms(|| Straightener::new(&camera, 0.0, false)));
+                put("view", least_ms(|| Straightener::new(&camera, &Framing::flat(0.0), false)));
             }
         }
     }

@@ -11,7 +11,7 @@ use straightedge::calib::{
     camera::{Camera, Model},
     detect::{self, detect},
     image::{Gray, Photo, Samples},
-    undistort::{Interpolation, Map, Straightener},
+    undistort::{Framing, Interpolation, Map, Straightener},
 };
 
 /// Throughput counts corners.
@@ -40,7 +40,9 @@ fn undistortion(c: &mut Criterion) {
     let gray = common::boards(size, 1).remove(0);
     let [width, height] = size.map(|n| n as usize);
     group.throughput(Throughput::Elements((width * height) as u64));
-    group.bench_function("view", |b| b.iter(|| Straightener::new(black_box(&camera), 0.0, false)));
+    group.bench_function("view", |b| {
+        b.iter(|| Straightener::new(black_box(&camera), &Framing::flat(0.0), false))
+    });
     group.bench_function("positions", |b| b.iter(|| black_box(&map).mask()));
     for (kind, channels) in [("grey", 1), ("RGB", 3)] {
         let samples = gray.data().iter().flat_map(|&v| vec![v; channels]).collect();

@@ -13,3 +13,4 @@ pub mod format;
 pub mod html;
 pub mod npy;
 pub mod report;
+pub mod stmap;

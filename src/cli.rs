@@ -13,6 +13,7 @@ mod fail_if;
 mod files;
 mod frames;
 mod pose;
+mod stmap;
 mod synth;
 mod text;
 mod undistort;
@@ -46,6 +47,7 @@ enum Command {
     Synth(synth::Args),
     Experiment(experiment::Args),
     Board(board::Args),
+    Stmap(stmap::Args),
 }
 
 /// Ran, but there is no calibration.
@@ -67,6 +69,7 @@ pub fn main(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>) -> Exit
         Some(Command::Synth(args)) => synth::run(&args),
         Some(Command::Experiment(args)) => experiment::run(&args),
         Some(Command::Board(args)) => board::run(&args),
+        Some(Command::Stmap(args)) => stmap::run(&args),
     };
     ran.unwrap_or_else(|error| fail(&error))
 }
@@ -88,7 +91,7 @@ fn open(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>, paths: Vec<
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
             say(&format!(
-                "no window: {why}. Without one: straightedge calibrate | detect | undistort | convert | pose | synth | experiment | board (--help)"
+                "no window: {why}. Without one: straightedge calibrate | detect | undistort | convert | pose | synth | experiment | board | stmap (--help)"
             ));
             ExitCode::from(NO_RESULT)
         }

@@ -34,7 +34,7 @@ use crate::calib::{
     },
     image::{Photo, Samples},
     synth::{self, Scene},
-    undistort::{Interpolation, Rect, Straightener, largest_valid},
+    undistort::{Framing, Interpolation, Rect, Straightener, largest_valid},
 };
 pub use other::Other;
 
@@ -122,7 +122,7 @@ pub enum Job {
         /// The camera that took it.
         camera: Camera,
         /// As in [`Job::Straighten`].
-        alpha: f64,
+        framing: Framing,
     },
     /// Read a picture and take the lens out of it.
     Straighten {
@@ -130,8 +130,8 @@ pub enum Job {
         source: Source,
         /// The camera that took it.
         camera: Camera,
-        /// How much of it is shown, 0..=1 ([`crate::calib::undistort::new_camera`]).
-        alpha: f64,
+        /// How it is laid out, and how much of it is shown.
+        framing: Framing,
     },
 }
 
@@ -255,16 +255,16 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
             let effect = ablate::effect(number as usize, &mut Bench::default())?;
             Ok(Output::Effect(effect.outcome.map(Box::new)))
         }
-        Job::Develop { path, to, camera, alpha } => {
-            let straight = Straightener::new(&camera, alpha, false)?;
+        Job::Develop { path, to, camera, framing } => {
+            let straight = Straightener::new(&camera, &framing, false)?;
             let (bytes, _) = developed(&path, &straight, &camera, Interpolation::Lanczos)?;
             let Some(to) = to else { return Ok(Output::File(bytes)) };
             store::file(&to, &bytes)?;
             Ok(Output::File(Vec::new()))
         }
-        Job::Straighten { source, camera, alpha } => {
+        Job::Straighten { source, camera, framing } => {
             let photo = source.read(Colours::Keep)?.photo;
-            let straight = Straightener::new(&camera, alpha, false)?;
+            let straight = Straightener::new(&camera, &framing, false)?;
             let valid = largest_valid(&straight.map);
             Ok(Output::Straight(Raster::of(straight.run(&photo, Interpolation::Bilinear)?), valid))
         }

@@ -48,7 +48,7 @@ impl Batch {
             path: path.clone(),
             to: place.to(path),
             camera: solution.camera.clone(),
-            alpha: state.doc.alpha,
+            framing: state.doc.framing(),
         };
         let jobs: Vec<Request> =
             open.iter().map(|(key, path)| Request { key: *key, job: job(path) }).collect();

@@ -13,24 +13,77 @@ use super::{
 };
 use crate::calib::{
     Result,
-    board::{self, Kind},
-    target::{BoardSize, Length},
+    board::{self, Kind, Sheet},
+    target::BoardSize,
 };
 
 /// What is typed, and the board that it makes.
 #[derive(Clone)]
-struct Sheet {
+struct Typed {
+    kind: Kind,
     size: String,
     square: String,
-    made: Result<(BoardSize, Arc<Vec<u8>>)>,
+    dictionary: String,
+    first_id: String,
+    made: Result<Made>,
 }
 
-impl Sheet {
-    fn new(size: &str, square: &str) -> Self {
-        let made = size.parse::<BoardSize>().and_then(BoardSize::findable).and_then(|size| {
-            Ok((size, Arc::new(board::pdf(Kind::Checkerboard, size, square.parse::<Length>()?)?)))
-        });
-        Self { size: size.to_owned(), square: square.to_owned(), made }
+/// A board that can be saved.
+#[derive(Clone)]
+struct Made {
+    name: String,
+    pdf: Arc<Vec<u8>>,
+}
+
+impl Typed {
+    /// What is usual for a kind.
+    fn usual(kind: Kind) -> Self {
+        let (size, square) = match kind {
+            Kind::Checkerboard => ("9x6", "25 mm"),
+            Kind::Charuco => ("11x8", "20 mm"),
+            Kind::AprilGrid => ("6x6", "20 mm"),
+            Kind::ArucoGrid => ("7x5", "25 mm"),
+            Kind::Circles => ("9x7", "22 mm"),
+            Kind::AsymmetricCircles => ("4x11", "20 mm"),
+        };
+        Self {
+            kind,
+            size: size.to_owned(),
+            square: square.to_owned(),
+            dictionary: kind.usual_dictionary().unwrap_or_default().to_owned(),
+            first_id: "0".to_owned(),
+            made: Err(crate::calib::Error::Stopped),
+        }
+        .making()
+    }
+
+    /// With the board that it makes.
+    fn making(mut self) -> Self {
+        self.made = self.make();
+        self
+    }
+
+    fn make(&self) -> Result<Made> {
+        let kind = self.kind;
+        let size: BoardSize = self.size.parse()?;
+        if kind == Kind::Checkerboard {
+            size.findable()?;
+        }
+        let mut sheet = Sheet::new(kind, size, self.square.parse()?);
+        if kind.has_markers() {
+            sheet.dictionary = Some(self.dictionary.parse()?);
+            sheet.first_id = self.first_id.trim().parse().map_err(|_| {
+                crate::calib::Error::Invalid(format!(
+                    "\"{}\" is not an id: write a whole number, for example 0",
+                    self.first_id
+                ))
+            })?;
+        }
+        let name = match kind {
+            Kind::Checkerboard => format!("board_{size}.pdf"),
+            _ => format!("{kind}_{size}.pdf"),
+        };
+        Ok(Made { name, pdf: Arc::new(board::pdf(&sheet)?) })
     }
 }
 
@@ -41,21 +94,39 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     ui.label(text("Print a board", font::semibold(font::LEAD), t.ink));
     ui.add_space(6.0);
     let id = egui::Id::unique("board to print");
-    let mut sheet = ui.data(|d| d.get_temp::<Sheet>(id)).unwrap_or_else(|| Sheet::new("9x6", "25 mm"));
-    let (mut size, mut square) = (sheet.size.clone(), sheet.square.clone());
+    let mut typed = ui.data(|d| d.get_temp::<Typed>(id)).unwrap_or_else(|| Typed::usual(Kind::Checkerboard));
+    let mut kind = typed.kind;
+    let mut changed = false;
     egui::Grid::new("board").num_columns(2).spacing(egui::vec2(16.0, 8.0)).show(ui, |ui| {
-        let label = ui.label("Inner corners");
-        ui.add(egui::TextEdit::singleline(&mut size).desired_width(120.0)).labelled_by(label.id);
+        let label = ui.label("Kind");
+        let choice = egui::ComboBox::from_id_salt("kind of board").width(150.0).selected_text(kind.title());
+        let choice = choice.show_ui(ui, |ui| {
+            for k in Kind::ALL {
+                ui.selectable_value(&mut kind, k, k.title());
+            }
+        });
+        choice.response.labelled_by(label.id);
         ui.end_row();
-        let label = ui.label("Edge of a square");
-        ui.add(egui::TextEdit::singleline(&mut square).desired_width(120.0)).labelled_by(label.id);
-        ui.end_row();
+        let mut field = |ui: &mut Ui, name: &str, value: &mut String| {
+            let label = ui.label(name);
+            let edit = ui.add(egui::TextEdit::singleline(value).desired_width(120.0)).labelled_by(label.id);
+            changed |= edit.changed();
+            ui.end_row();
+        };
+        field(ui, typed.kind.counts(), &mut typed.size);
+        field(ui, typed.kind.length(), &mut typed.square);
+        if typed.kind.has_markers() {
+            field(ui, "Dictionary", &mut typed.dictionary);
+            field(ui, "First id", &mut typed.first_id);
+        }
     });
-    if (&size, &square) != (&sheet.size, &sheet.square) {
-        sheet = Sheet::new(&size, &square);
+    if kind != typed.kind {
+        typed = Typed::usual(kind);
+    } else if changed {
+        typed = typed.making();
     }
-    let made = sheet.made.clone();
-    ui.data_mut(|d| d.insert_temp(id, sheet));
+    let made = typed.made.clone();
+    ui.data_mut(|d| d.insert_temp(id, typed));
     ui.add_space(6.0);
     let note = match &made {
         Ok(_) => "Print it at 100 %, glue it to something flat and stiff, and measure a square: the ruler on the sheet tells whether the printer scaled it.".to_owned(),
@@ -65,10 +136,10 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     ui.label(text(note, font::regular(font::SMALL), color));
     ui.add_space(10.0);
     ui.horizontal(|ui| {
-        if let Ok((size, pdf)) = made
+        if let Ok(Made { name, pdf }) = made
             && primary(ui, t, super::style::icon::PRINTER, "Save PDF…", 26.0).clicked()
         {
-            cx.ask(Command::Save { name: format!("board_{size}.pdf"), content: Content::Bytes(pdf) });
+            cx.ask(Command::Save { name, content: Content::Bytes(pdf) });
             ui.close();
         }
         if ui.button("Close").clicked() {

@@ -71,7 +71,7 @@ pub fn preview(answer: &Answer, index: usize) -> Result<Option<Preview>> {
     }
     notes.extend(written.notes);
     let extension = format.usual.first().copied().unwrap_or("txt");
-    let name = if format.name == "colmap" { "cameras.txt".to_owned() } else { format!("camera.{extension}") };
+    let name = format!("{}.{extension}", format.stem);
     Ok(Some(Preview { name, text: written.text, notes }))
 }
 
@@ -191,8 +191,8 @@ fn pictures(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer) {
     let body = |s: &str| text(s, font::regular(font::SMALL), t.text2);
     ui.label(text("Straightened pictures", font::semibold(font::BODY), t.ink));
     let words = format!(
-        "Every picture with the lens taken out, α = {:.2} (Lens page). Names, depth and metadata are kept; the pictures themselves are not touched.",
-        cx.state.doc.alpha
+        "Every picture with the lens taken out, {}, α = {:.2} (Lens page). Names, depth and metadata are kept; the pictures themselves are not touched.",
+        cx.state.doc.projection, cx.state.doc.alpha
     );
     ui.label(body(&words));
     ui.add_space(4.0);

@@ -194,7 +194,8 @@ impl State {
             return None;
         }
         let mut hash = SipHasher13::new();
-        (self.look_key()?.0, self.doc.alpha.to_bits(), solution.camera.model).hash(&mut hash);
+        (self.look_key()?.0, self.doc.alpha.to_bits(), self.doc.projection, solution.camera.model)
+            .hash(&mut hash);
         solution.camera.params.iter().for_each(|p| p.to_bits().hash(&mut hash));
         let key = Kind::Straight.key(hash.finish128().into());
         if self.data.straight.as_ref().is_some_and(|s| s.key == key) {
@@ -203,7 +204,7 @@ impl State {
         let source = self.doc.frame(id)?.source.clone();
         Some(Request {
             key,
-            job: Job::Straighten { source, camera: solution.camera.clone(), alpha: self.doc.alpha },
+            job: Job::Straighten { source, camera: solution.camera.clone(), framing: self.doc.framing() },
         })
     }
 

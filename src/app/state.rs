@@ -24,7 +24,7 @@ use crate::{
         report::{FrameReport, Report, Solution},
         synth::Scene,
         target::{BoardSize, Length},
-        undistort::Rect,
+        undistort::{Framing, Projection, Rect},
     },
     job::{Inspection, Key, Source, evidence::Evidence, raster::Raster},
 };
@@ -65,6 +65,8 @@ pub struct Document {
     pub dropped: Arc<BTreeSet<(FrameId, u32)>>,
     /// How much of the picture a straightened one shows, 0..=1.
     pub alpha: f64,
+    /// How a straightened picture is laid out.
+    pub projection: Projection,
     /// Error above which pictures are named, px.
     pub threshold_px: f64,
     /// The next picture's.
@@ -84,6 +86,7 @@ impl Default for Document {
             excluded: Arc::default(),
             dropped: Arc::default(),
             alpha: 0.5,
+            projection: Projection::default(),
             threshold_px: 1.0,
             next_id: 0,
         }
@@ -96,6 +99,11 @@ impl Document {
         let Source::View { scene: first, .. } = &self.frames.first()?.source else { return None };
         let same = |f: &Frame| matches!(&f.source, Source::View { scene, .. } if Arc::ptr_eq(scene, first) || scene == first);
         self.frames.iter().all(same).then_some(first)
+    }
+
+    /// What straightened pictures are to show.
+    pub const fn framing(&self) -> Framing {
+        Framing { projection: self.projection, alpha: self.alpha, fov_rad: None }
     }
 
     /// A number that no picture has had.

@@ -1,4 +1,4 @@
-//! Camera files of ten programs: one list, [`FORMATS`], drives reading, writing, help and tests.
+//! Camera files of twelve programs: one list, [`FORMATS`], drives reading, writing, help and tests.
 //!
 //! Each format has one file with a writer and a reader. Inside, a camera has its pixel origin at the *centre* of the
 //! top-left pixel; a format with another origin converts at its border. What a format cannot hold is never dropped in
@@ -11,6 +11,7 @@ mod basalt;
 mod colmap;
 mod convert;
 mod destination;
+mod gyroflow;
 mod kalibr;
 mod lens;
 mod matlab;
@@ -20,6 +21,7 @@ mod nerfstudio;
 mod node;
 mod number;
 mod opencv;
+mod opensfm;
 mod residual;
 mod ros;
 mod straightedge;
@@ -60,6 +62,8 @@ pub struct Format {
     pub extensions: &'static [&'static str],
     /// Extensions that its files have, the usual one first.
     pub usual: &'static [&'static str],
+    /// Name before the extension that is proposed for its files.
+    pub stem: &'static str,
     /// Where its pixels begin and in which order its terms stand, for people.
     pub convention: &'static str,
     /// What it cannot hold, for help and tooltips.
@@ -82,6 +86,8 @@ pub const FORMATS: &[Format] = &[
     matlab::FORMAT,
     metashape::FORMAT,
     basalt::FORMAT,
+    gyroflow::FORMAT,
+    opensfm::FORMAT,
 ];
 
 /// A format by its name.
@@ -103,6 +109,10 @@ fn names() -> String {
 pub struct Evidence {
     /// Name of the camera.
     pub name: Option<String>,
+    /// Who made the camera, as the photographs say (EXIF).
+    pub make: Option<String>,
+    /// Its model, as the photographs say (EXIF).
+    pub camera_model: Option<String>,
     /// When it was calibrated, as text.
     pub date: Option<String>,
     /// Inner corners of the board.
@@ -136,7 +146,10 @@ impl From<&Report> for Evidence {
         };
         let settings = &report.settings;
         let solution = report.solution.as_ref();
+        let group = report.groups.first();
         Self {
+            make: group.and_then(|g| g.make.clone()),
+            camera_model: group.and_then(|g| g.model.clone()),
             board: settings.board,
             square: Some(settings.square),
             unit: Some(settings.unit),

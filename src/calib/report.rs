@@ -256,6 +256,12 @@ pub struct GroupReport {
     pub images: usize,
     /// Of these, pictures with a board.
     pub found: usize,
+    /// Who made the camera, as the pictures say (EXIF).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub make: Option<String>,
+    /// Its model, as the pictures say (EXIF).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
 }
 
 /// How much of the board was found in a picture.

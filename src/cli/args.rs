@@ -9,6 +9,7 @@ use crate::calib::{
     detect::{self, Refinement},
     report::Settings,
     target::{BoardSize, Length, Unit},
+    undistort::{Framing, Projection},
 };
 
 /// The board of the pictures.
@@ -26,6 +27,36 @@ impl Board {
     /// Edge of a square and its unit; 1 square where nothing was said.
     pub(super) fn square(&self) -> (f64, Unit) {
         self.square.map_or((1.0, Unit::Squares), |s| (s.value, s.unit))
+    }
+}
+
+/// What straightened pictures show.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(super) struct Framed {
+    /// perspective (straight lines stay straight), cylindrical (vertical lines do), equidistant (angles are lengths) or
+    /// stereographic (shapes are kept); the last three for wide lenses, beyond 180° too
+    #[arg(long, value_name = "NAME", default_value_t)]
+    pub(super) projection: Projection,
+    /// From 0 (only valid pixels) to 1 (all pixels of the photograph, black around them)
+    #[arg(long, value_name = "0..1", default_value = "0", value_parser = alpha, allow_hyphen_values = true)]
+    alpha: f64,
+    /// Horizontal field of view of the results about the optical axis, instead of --alpha
+    #[arg(long, value_name = "DEG", conflicts_with = "alpha", allow_hyphen_values = true)]
+    fov: Option<f64>,
+}
+
+impl Framed {
+    /// As the engine wants it.
+    pub(super) fn framing(self) -> Framing {
+        let Self { projection, alpha, fov } = self;
+        Framing { projection, alpha, fov_rad: fov.map(f64::to_radians) }
+    }
+}
+
+fn alpha(text: &str) -> Result<f64> {
+    match text.trim().replace(',', ".").parse() {
+        Ok(a) if (0.0..=1.0).contains(&a) => Ok(a),
+        _ => Err(Error::Invalid(format!("\"{text}\" is not an alpha: give a number from 0 to 1"))),
     }
 }
 

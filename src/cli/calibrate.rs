@@ -60,7 +60,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     /// Write the camera; may be given several times. Formats: opencv (.yaml), ros, kalibr, colmap (.txt), nerfstudio,
-    /// straightedge (.json), mrcal (.cameramodel), matlab (.m), metashape (.xml), basalt
+    /// straightedge (.json), mrcal (.cameramodel), matlab (.m), metashape (.xml), basalt, gyroflow, opensfm
     #[arg(long, value_name = "[FORMAT:]FILE")]
     out: Vec<Destination>,
     /// Write the evidence as one HTML page

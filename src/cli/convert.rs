@@ -18,7 +18,8 @@ use crate::job::store;
 /// Convert a camera file, refit it to another model, scale or crop the camera
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Camera file of any format: opencv, ros, kalibr, colmap, nerfstudio, straightedge, mrcal, matlab, metashape, basalt
+    /// Camera file of any format: opencv, ros, kalibr, colmap, nerfstudio, straightedge, mrcal, matlab, metashape, basalt,
+    /// gyroflow, opensfm
     #[arg(value_name = "IN")]
     input: PathBuf,
     /// File to write; the format is named before a colon, or follows from the extension

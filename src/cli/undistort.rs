@@ -2,20 +2,25 @@
 
 use std::{path::PathBuf, process::ExitCode};
 
-use super::{NO_RESULT, args::Pictures, files, frames, print, say};
+use super::{
+    NO_RESULT,
+    args::{Framed, Pictures},
+    files, frames, print, say,
+};
 use crate::{
     calib::{
         Error, Result,
+        camera::Model,
         format::{self, Evidence, Export},
         number::counted,
-        undistort::{Interpolation, Straightener},
+        undistort::{Interpolation, Straightener, View},
     },
     job::{photo, store},
     worker::{straighten, threads},
 };
 
-/// File with the camera of the undistorted pictures.
-const CAMERA: &str = "camera.yaml";
+/// Name of the file with the camera of the undistorted pictures, before its extension.
+const CAMERA: &str = "camera";
 
 /// Undistort photographs; names, depth and metadata are kept
 #[derive(Debug, clap::Args)]
@@ -25,9 +30,8 @@ pub(super) struct Args {
     /// Camera file of any format
     #[arg(long, value_name = "FILE")]
     camera: PathBuf,
-    /// From 0 (only valid pixels) to 1 (all pixels of the photograph, black around them)
-    #[arg(long, value_name = "0..1", default_value = "0", value_parser = alpha, allow_hyphen_values = true)]
-    alpha: f64,
+    #[command(flatten)]
+    framed: Framed,
     /// Cut to the largest rectangle of valid pixels
     #[arg(long)]
     crop: bool,
@@ -42,20 +46,13 @@ pub(super) struct Args {
     out: PathBuf,
 }
 
-fn alpha(text: &str) -> Result<f64> {
-    match text.trim().replace(',', ".").parse() {
-        Ok(a) if (0.0..=1.0).contains(&a) => Ok(a),
-        _ => Err(Error::Invalid(format!("\"{text}\" is not an alpha: give a number from 0 to 1"))),
-    }
-}
-
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let out = &args.out;
     let file = files::camera(&args.camera)?;
     for note in &file.notes {
         say(&format!("note: {note}"));
     }
-    let straight = Straightener::new(file.lens().as_ref(), args.alpha, args.crop)?;
+    let straight = Straightener::new(file.lens().as_ref(), &args.framed.framing(), args.crop)?;
     for warning in &straight.warnings {
         say(&format!("warning: {}", warning.text));
     }
@@ -65,19 +62,16 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     store::folder(out)?;
     let tasks = straighten::tasks(&pictures, out)?;
-    let camera = out.join(CAMERA);
-    if files::same(&args.camera, &camera) {
-        return Err(Error::Invalid(format!(
-            "{} is where the camera of the results would go: give another folder, or another name to your camera file",
-            camera.display()
-        )));
+    let camera = camera_file(&straight.view)?.map(|(name, text)| (out.join(name), text));
+    if let Some((path, _)) = &camera {
+        if files::same(&args.camera, path) {
+            return Err(Error::Invalid(format!(
+                "{} is where the camera of the results would go: give another folder, or another name to your camera file",
+                path.display()
+            )));
+        }
+        files::may_write(path, [])?;
     }
-    files::may_write(&camera, [])?;
-    let text = format::write(
-        format::by_name("opencv")?,
-        &Export { camera: &straight.camera, evidence: &Evidence::default(), report: None },
-    )?
-    .text;
 
     let bar = frames::counter("Undistorting", tasks.len());
     let mut heard = |done| bar.set_position(done as u64);
@@ -99,22 +93,43 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         }
     }
     if done == 0 {
+        let rest = camera.map(|(path, _)| format!(", so {} was not written", path.display()));
         say(&format!(
-            "none of {} could be undistorted, so {} was not written",
+            "none of {} could be undistorted{}",
             counted(tasks.len(), "picture"),
-            camera.display()
+            rest.unwrap_or_default()
         ));
         return Ok(ExitCode::from(NO_RESULT));
     }
-    // Beside no picture it would be the camera of nothing, or of the pictures of an earlier run.
-    store::write(&camera, text.as_bytes())?;
-    let [w, h] = straight.camera.size_px;
-    let [fx, fy, cx, cy] = straight.camera.intrinsics();
-    print(&format!(
-        "{done} of {} undistorted into {}; their camera is {}: pinhole, {w} x {h} px, fx {fx:.2}, fy {fy:.2}, cx {cx:.2}, cy {cy:.2}\n",
-        counted(tasks.len(), "picture"),
-        out.display(),
-        camera.display()
-    ))?;
+    let [w, h] = straight.view.size_px;
+    let [fx, fy, cx, cy] = straight.view.intrinsics;
+    let mut said =
+        format!("{done} of {} undistorted into {}; ", counted(tasks.len(), "picture"), out.display());
+    let size = format!("{w} x {h} px, fx {fx:.2}, fy {fy:.2}, cx {cx:.2}, cy {cy:.2}\n");
+    match (camera, straight.view.camera()) {
+        (Some((path, text)), Some(camera)) => {
+            // Beside no picture it would be the camera of nothing, or of the pictures of an earlier run.
+            store::write(&path, text.as_bytes())?;
+            said += &format!("their camera is {}: {}, {size}", path.display(), camera.model);
+        }
+        _ => {
+            said += &format!("{}, {size}", args.framed.projection);
+            say(
+                "note: no camera model has such pictures, so no camera file was written: pixel (u, v) looks along (sin x, y, cos x) with x = (u - cx) / fx, y = (v - cy) / fy",
+            );
+        }
+    }
+    print(&said)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Name and text of the file with the camera of the results: OpenCV's where that holds it exactly, else our own. `None` where no model
+/// has the projection.
+fn camera_file(view: &View) -> Result<Option<(String, String)>> {
+    let Some(camera) = view.camera() else { return Ok(None) };
+    let format = if matches!(camera.model, Model::Pinhole | Model::Kb4) { "opencv" } else { "straightedge" };
+    let format = format::by_name(format)?;
+    let export = Export { camera: &camera, evidence: &Evidence::default(), report: None };
+    let extension = format.extensions.first().copied().unwrap_or_default();
+    Ok(Some((format!("{CAMERA}.{extension}"), format::write(format, &export)?.text)))
 }

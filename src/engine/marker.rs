@@ -16,6 +16,7 @@ mod charuco;
 mod crossings;
 pub mod dictionary;
 pub mod guess;
+mod ink;
 mod links;
 mod outline;
 mod place;
@@ -34,6 +35,7 @@ use super::{
 };
 pub use crossings::Crossing;
 use dictionary::{Bits, Dictionary, Identity};
+pub use ink::Black;
 use outline::Outline;
 use quads::{Quad, center, quad, side};
 

@@ -1,18 +1,22 @@
 //! Undistortion: from a photograph to the picture that a camera without distortion would have taken.
 //!
-//! The output camera is a pinhole of the same size in pixels, whose focal lengths keep the ratio `fy / fx` of the camera, so
-//! that what is square stays square. Which part of the scene it shows is chosen by α ([`new_camera`]).
+//! For wide lenses the picture may instead be laid out by another [`Projection`]. It has the size of the photograph in pixels, and
+//! focal lengths that keep the ratio `fy / fx` of the camera, so that what is square stays square. Which part of the scene it shows
+//! is chosen by α or by a field of view ([`View::new`]).
 //!
-//! A pixel of the output is **valid** where its ray is not beyond the fold of the model ([`Camera::fold_rad`]) nor more than
-//! [`MAX_ANGLE_RAD`] off the axis, and meets the photograph within the centres of its outermost pixels, so that nothing is
-//! extrapolated. Pixels that are not valid are black, and transparent where the photograph has an alpha channel.
+//! A pixel of the output is **valid** where its ray is not beyond the fold of the model ([`Camera::fold_rad`]) nor further off the
+//! axis than the projection shows ([`MAX_ANGLE_RAD`] in a flat picture), and meets the photograph within the centres of its outermost
+//! pixels, so that nothing is extrapolated. Pixels that are not valid are black, and transparent where the photograph has an alpha
+//! channel.
 
 mod crop;
 mod displacement;
 mod map;
+pub mod projection;
 mod reach;
 mod region;
 mod remap;
+mod view;
 mod window;
 
 use std::str::FromStr;
@@ -29,7 +33,9 @@ use super::{
 
 pub use displacement::{Displacement, displacement};
 pub use map::Map;
+pub use projection::Projection;
 pub use reach::{Reach, reach, warnings};
+pub use view::{Framing, View};
 
 /// Rays further off the optical axis are left out: a flat picture stretches them by more than 1/cos² = 33.
 pub const MAX_ANGLE_RAD: f64 = 80.0 / 180.0 * std::f64::consts::PI;
@@ -72,27 +78,16 @@ pub struct Rect {
     pub height: u32,
 }
 
-/// The camera of undistorted pictures.
-///
-/// α = 0 shows the largest view in which every pixel is valid, α = 1 the smallest that holds all pixels of the photograph that
-/// can be shown; between them the edges of the view move linearly, so that the view grows with α and never jumps. Both come
-/// from the border of the photograph, traced pixel by pixel and unprojected; where the model folds, the border of what can be
-/// unprojected takes its place, so no view reaches beyond it.
+/// The pinhole camera of undistorted pictures: the [`View`] of a flat picture.
 ///
 /// OpenCV's `getOptimalNewCameraMatrix` differs in two ways: it stretches x and y on their own, and its view for α = 0 is
 /// bounded by a 9 × 9 grid of points.
 ///
 /// # Errors
-/// [`Error::Invalid`] for α outside of 0 to 1 and for a camera that is not valid; [`Error::Degenerate`] where no pixel has a
-/// ray.
+/// As [`View::new`].
 pub fn new_camera(camera: &dyn Lens, alpha: f64) -> Result<Camera> {
-    if !(0.0..=1.0).contains(&alpha) {
-        return Err(Error::Invalid(format!("alpha is {alpha}: give a number from 0 to 1")));
-    }
-    camera.validate()?;
-    let region = region::trace(camera)?;
-    let intrinsics = window::intrinsics(camera, &region, alpha)?;
-    Camera::new(Model::Pinhole, camera.size_px(), intrinsics.to_vec())
+    let view = View::new(camera, &Framing::flat(alpha))?;
+    Camera::new(Model::Pinhole, view.size_px, view.intrinsics.to_vec())
 }
 
 /// The largest rectangle of an undistorted picture in which every pixel is valid; `None` where none is.
@@ -103,8 +98,8 @@ pub fn largest_valid(map: &Map) -> Option<Rect> {
 /// Everything that undistorts photographs of one camera; made once, used for many.
 #[derive(Clone, Debug)]
 pub struct Straightener {
-    /// The pinhole camera of the results, with their size.
-    pub camera: Camera,
+    /// What the results show, with their size.
+    pub view: View,
     /// Where each of their pixels comes from.
     pub map: Map,
     /// What to know about the model; see [`warnings`].
@@ -112,18 +107,18 @@ pub struct Straightener {
 }
 
 impl Straightener {
-    /// Chooses the view by α ([`new_camera`]) and, where asked, cuts it to its largest valid rectangle.
+    /// Chooses the view ([`View::new`]) and, where asked, cuts it to its largest valid rectangle.
     ///
     /// # Errors
-    /// As [`new_camera`].
-    pub fn new(camera: &dyn Lens, alpha: f64, crop: bool) -> Result<Self> {
-        let mut target = new_camera(camera, alpha)?;
-        let mut map = Map::new(camera, &target)?;
+    /// As [`View::new`].
+    pub fn new(camera: &dyn Lens, framing: &Framing, crop: bool) -> Result<Self> {
+        let mut view = View::new(camera, framing)?;
+        let mut map = Map::of_view(camera, &view)?;
         if crop && let Some(rect) = largest_valid(&map) {
-            target = cropped(&target, rect);
-            map = Map::new(camera, &target)?;
+            view = view.cropped(rect);
+            map = Map::of_view(camera, &view)?;
         }
-        Ok(Self { camera: target, map, warnings: warnings(camera) })
+        Ok(Self { view, map, warnings: warnings(camera, framing.projection) })
     }
 
     /// Undistorts one photograph.
@@ -138,23 +133,15 @@ impl Straightener {
 /// Undistorts one photograph; for many of one camera make a [`Straightener`].
 ///
 /// # Errors
-/// As [`new_camera`] and [`Map::remap`].
+/// As [`View::new`] and [`Map::remap`].
 pub fn straighten(
     photo: &Photo,
     camera: &dyn Lens,
-    alpha: f64,
+    framing: &Framing,
     crop: bool,
     interpolation: Interpolation,
 ) -> Result<Photo> {
-    Straightener::new(camera, alpha, crop)?.run(photo, interpolation)
-}
-
-fn cropped(camera: &Camera, rect: Rect) -> Camera {
-    let mut out = camera.clone();
-    out.size_px = [rect.width, rect.height];
-    out.params[2] -= f64::from(rect.x);
-    out.params[3] -= f64::from(rect.y);
-    out
+    Straightener::new(camera, framing, crop)?.run(photo, interpolation)
 }
 
 #[cfg(test)]

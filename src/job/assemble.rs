@@ -200,6 +200,8 @@ pub fn assemble(entries: &[Entry], wanted: &Wanted) -> Assembly {
             reason: g.reason.clone(),
             images: g.members.len(),
             found: members(k).filter(|i| frames[*i].found).count(),
+            make: g.make.clone(),
+            model: g.model.clone(),
         })
         .collect();
     warnings.extend(advice::warnings(&frames, &groups, &used));

@@ -34,6 +34,10 @@ pub struct Group {
     pub reason: String,
     /// Positions in the list of frames, ascending.
     pub members: Vec<usize>,
+    /// Who made the camera, where the files say.
+    pub make: Option<String>,
+    /// Its model, where the files say.
+    pub model: Option<String>,
 }
 
 /// What must agree within a group.
@@ -77,7 +81,11 @@ pub fn by_camera(frames: &[Candidate<'_>]) -> Vec<Group> {
     let keys: Vec<Key> = groups.iter().map(|g| g.0.clone()).collect();
     groups
         .into_iter()
-        .map(|(key, members)| Group { name: name(&key, &keys), reason: reason(&key, &keys[0]), members })
+        .map(|(key, members)| {
+            let (name, reason) = (name(&key, &keys), reason(&key, &keys[0]));
+            let [make, model, _] = key.camera;
+            Group { name, reason, members, make, model }
+        })
         .collect()
 }
 

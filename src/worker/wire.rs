@@ -71,7 +71,7 @@ mod tests {
 
     use super::*;
     use crate::{
-        calib::{detect, pose::Pose, report::Settings, synth::Scene},
+        calib::{detect, pose::Pose, report::Settings, synth::Scene, undistort::Framing},
         job::{Job, Key, Output, Reply, Request, Source, assemble::Entry, evidence::Case, run},
     };
 
@@ -121,7 +121,7 @@ mod tests {
         };
         let camera = evidence.calibration.unwrap().camera;
         answer(Job::Look { source: source(0) });
-        answer(Job::Straighten { source: source(0), camera, alpha: 0.5 });
+        answer(Job::Straighten { source: source(0), camera, framing: Framing::flat(0.5) });
         let missing = Job::Thumbnail { source: Source::File("no/such".into()), longest_px: 9 };
         travels(&run(Request { key: Key(1), job: missing }, &mut |_| ControlFlow::Continue(())));
     }

@@ -159,8 +159,14 @@ fn undistort_agrees_with_the_library_and_writes_its_camera() {
     let truth = Truth::from_json(&fs::read_to_string(at("pictures/truth.json")).unwrap()).unwrap();
     let before = photo::read(&at("pictures/view_02.png"), Colours::Keep).unwrap().photo;
     let after = photo::read(&at("new/flat/view_02.png"), Colours::Keep).unwrap().photo;
-    let expected =
-        undistort::straighten(&before, &truth.camera, 0.5, false, undistort::Interpolation::Lanczos).unwrap();
+    let expected = undistort::straighten(
+        &before,
+        &truth.camera,
+        &undistort::Framing::flat(0.5),
+        false,
+        undistort::Interpolation::Lanczos,
+    )
+    .unwrap();
     assert_eq!(after, expected);
     let camera =
         format::read_bytes(&fs::read(at("new/flat/camera.yaml")).unwrap(), "camera.yaml").unwrap().camera;
@@ -376,6 +382,63 @@ fn boards_are_written_and_say_their_paper() {
     );
     assert!(stderr.contains("looks the same upside down"), "{stderr}");
     assert!(fs::read_to_string(path.join("B.SVG")).unwrap().starts_with("<svg"));
+    let charuco = ["board", "--kind", "charuco", "--size", "11x8", "--square", "20mm", "--marker", "15mm"];
+    let (stdout, stderr) = ran(path, 0, &[&charuco[..], &["--first-id", "3", "--out", "c.svg"]].concat());
+    let words = "ChArUco 11x8 squares, square 20 mm, marker 15 mm, dictionary 5x5_250, ids 3 to 46, layout since OpenCV 4.6";
+    assert_eq!(stdout, format!("c.svg: charuco, {words}, on A4 (297 x 210 mm)\n"));
+    assert_eq!(stderr, "");
+    let sheet = fs::read_to_string(path.join("c.svg")).unwrap();
+    assert!(words.split(", dictionary").next().is_some_and(|w| sheet.contains(w)), "{sheet}");
+}
+
+#[test]
+fn stmaps_are_written_both_ways() {
+    let folder = scene(1);
+    let path = folder.path();
+    for (name, mark) in [("lens.exr", &[0x76u8, 0x2f, 0x31, 0x01][..]), ("lens.png", b"\x89PNG")] {
+        let (stdout, _) = ran(path, 0, &["stmap", "--camera", "pictures/truth.json", "--out", name]);
+        assert!(stdout.contains("perspective, 400 x 300 px"), "{stdout}");
+        for way in ["undistort", "distort"] {
+            let file = name.replace('.', &format!("_{way}."));
+            assert!(fs::read(path.join(&file)).unwrap().starts_with(mark), "{file}");
+        }
+    }
+    // A step of 16 bits is 0.006 px here: the map takes a corner of the board from where the lens shows it.
+    let truth = Truth::from_json(&fs::read_to_string(path.join("pictures/truth.json")).unwrap()).unwrap();
+    let map = image::open(path.join("lens_undistort.png")).unwrap().into_rgb16();
+    let view = undistort::new_camera(&truth.camera, 0.0).unwrap();
+    for (u, v) in [(20, 30), (200, 150), (380, 290)] {
+        let [s, t, _] = map.get_pixel(u, v).0.map(|c| f64::from(c) / 65535.0);
+        let ray = view.unproject(&nalgebra::Vector2::new(f64::from(u), f64::from(v))).unwrap();
+        let px = truth.camera.project(&ray.into()).unwrap();
+        assert!((s * 400.0 - 0.5 - px.x).abs() < 0.01, "{u} {v}: {s} {px}");
+        assert!(((1.0 - t) * 300.0 - 0.5 - px.y).abs() < 0.01, "{u} {v}: {t} {px}");
+    }
+    refused(path, 2, &["stmap", "--camera", "pictures/truth.json", "--out", "lens.tif"], &[".exr or .png"]);
+}
+
+#[test]
+fn undistort_lays_pictures_out_by_other_projections() {
+    let folder = scene(1);
+    let path = folder.path();
+    let run = |projection, out, more: &[&str]| {
+        let args = ["undistort", "pictures", "--camera", "pictures/truth.json", "--projection", projection];
+        ran(path, 0, &[&args[..], &["--out", out], more].concat())
+    };
+    let (stdout, _) = run("equidistant", "e", &["--fov", "60"]);
+    assert!(stdout.contains("their camera is e/camera.yaml: kb4, 400 x 300 px"), "{stdout}");
+    let camera = |name: &str| format::read_bytes(&fs::read(path.join(name)).unwrap(), name).unwrap().camera;
+    let equidistant = camera("e/camera.yaml");
+    // 30° to the outer edge of the outermost pixel.
+    assert!((equidistant.params[0] - 200.0 / 30f64.to_radians()).abs() < 1e-9, "{equidistant:?}");
+    let (stdout, _) = run("stereographic", "s", &[]);
+    assert!(stdout.contains("their camera is s/camera.json: eucm"), "{stdout}");
+    assert_eq!(camera("s/camera.json").params[4..], [0.5, 1.0]);
+    let (stdout, stderr) = run("cylindrical", "c", &["--alpha", "1"]);
+    assert!(
+        stdout.contains("cylindrical, 400 x 300 px") && stderr.contains("no camera model has such pictures")
+    );
+    assert_eq!(files(&path.join("c")), ["view_01.png"]);
 }
 
 #[test]
@@ -451,8 +514,27 @@ fn wrong_use_is_answered_with_the_remedy() {
         (vec!["synth", "--margin", "-1", "--out", "o"], vec!["margin"]),
         (vec!["synth", "--seed", "-1", "--out", "o"], vec!["--seed"]),
         (
-            vec!["board", "--kind", "charuco", "--size", "9x6", "--square", "25mm", "--out", "b.pdf"],
-            vec!["not a kind of board"],
+            vec!["board", "--kind", "go", "--size", "9x6", "--square", "25mm", "--out", "b.pdf"],
+            vec!["not a kind of board", "charuco, aprilgrid, aruco-grid, circles, acircles"],
+        ),
+        (
+            vec![
+                "board", "--kind", "circles", "--size", "9x6", "--square", "25mm", "--legacy", "--out",
+                "b.pdf",
+            ],
+            vec!["--legacy says nothing about a board of kind circles"],
+        ),
+        (
+            vec!["board", "--kind", "charuco", "--size", "40x30", "--square", "25mm", "--out", "b.pdf"],
+            vec!["needs the ids 0 to 599", "ends at 249"],
+        ),
+        (
+            vec!["undistort", "pictures", "--camera", camera, "--out", "o", "--projection", "mercator"],
+            vec!["perspective, cylindrical, equidistant, stereographic"],
+        ),
+        (
+            vec!["undistort", "pictures", "--camera", camera, "--out", "o", "--fov", "200"],
+            vec!["at most 160°, or another projection"],
         ),
         (vec!["board", "--size", "9x6", "--square", "25", "--out", "b.pdf"], vec!["with a unit"]),
         (vec!["board", "--size", "9x6", "--square", "25mm", "--out", "b.png"], vec![".pdf or .svg"]),

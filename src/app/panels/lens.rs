@@ -3,6 +3,7 @@
 mod bend;
 mod field;
 mod profile;
+mod projection;
 mod swipe;
 
 use egui::{Sense, Ui, UiBuilder, vec2};
@@ -52,16 +53,19 @@ fn small(cx: &mut Cx<'_>, ui: &mut Ui) {
 
 fn overview(cx: &mut Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
-    if cx.state.data.solved().is_none() {
-        return empty(ui, t, NOTHING);
-    }
+    let Some((_, solution)) = cx.state.data.solved() else { return empty(ui, t, NOTHING) };
+    let choice = projection::offered(cx.state.doc.projection, &solution.camera);
+    let height = 90.0 + if choice { projection::HEIGHT } else { 0.0 };
     let all = ui.available_rect_before_wrap();
     let right = (all.width() * 0.36).min(300.0);
     let left = all.with_max_x(all.right() - right - 16.0);
-    let picture = left.with_max_y(left.bottom() - 92.0);
+    let picture = left.with_max_y(left.bottom() - height - 2.0);
     let drawn = swipe::show(cx, ui, picture, "page");
     let top = drawn.map_or(picture.bottom(), |r| r.bottom()) + 8.0;
-    let mut below = part(ui, "below", left.with_min_y(top).with_max_y(top + 90.0));
+    let mut below = part(ui, "below", left.with_min_y(top).with_max_y(top + height));
+    if choice {
+        projection::show(cx, &mut below);
+    }
     alpha(cx, &mut below);
     figures(cx, &mut below);
     let side = all.with_min_x(all.right() - right);

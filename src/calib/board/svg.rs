@@ -14,9 +14,15 @@ pub(super) fn write(page: &Page) -> String {
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}mm\" height=\"{h}mm\" viewBox=\"0 0 {w} {h}\">\n<rect width=\"{w}\" height=\"{h}\" fill=\"white\"/>\n<path fill=\"black\" d=\""
     );
-    let s = mm(page.square);
-    for (i, [x, y]) in page.black.iter().enumerate() {
-        let _ = write!(out, "{}M{} {}h{s}v{s}h-{s}z", if i == 0 { "" } else { "\n" }, mm(*x), mm(*y));
+    let mut first = true;
+    let mut line = || if std::mem::take(&mut first) { "" } else { "\n" };
+    for [x, y, w, h] in &page.black {
+        let [x, y, w, h] = [x, y, w, h].map(|v| mm(*v));
+        let _ = write!(out, "{}M{x} {y}h{w}v{h}h-{w}z", line());
+    }
+    for [x, y, r] in &page.discs {
+        let [x, y, r, d] = [x - r, *y, *r, 2.0 * r].map(mm);
+        let _ = write!(out, "{}M{x} {y}a{r} {r} 0 1 0 {d} 0a{r} {r} 0 1 0 -{d} 0z", line());
     }
     out += "\"/>\n<path stroke=\"black\" stroke-width=\"0.2\" fill=\"none\" d=\"";
     for [[x0, y0], [x1, y1]] in &page.lines {
@@ -39,11 +45,12 @@ pub(super) fn write(page: &Page) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::calib::board::{Kind, svg};
+    use crate::calib::board::{Kind, Sheet, svg};
 
     #[test]
     fn the_page_is_in_millimetres() {
-        let text = svg(Kind::Checkerboard, "9x6".parse().unwrap(), "25mm".parse().unwrap()).unwrap();
+        let text =
+            svg(&Sheet::new(Kind::Checkerboard, "9x6".parse().unwrap(), "25mm".parse().unwrap())).unwrap();
         let document = roxmltree::Document::parse(&text).unwrap();
         let root = document.root_element();
         assert_eq!(

@@ -9,7 +9,7 @@ use crate::calib::{
     Result,
     figure::{self, Bar, Grid, Pair, Panel, Scale},
     image::{Gray, Photo, Samples},
-    undistort::{self, Interpolation, Straightener},
+    undistort::{self, Framing, Interpolation, Straightener},
 };
 
 /// A figure to be written.
@@ -152,7 +152,7 @@ fn coverage(run: &Run) -> Panel {
 }
 
 fn undistorted(run: &Run) -> Result<Panel> {
-    let straightener = Straightener::new(run.camera(), 1.0, false)?;
+    let straightener = Straightener::new(run.camera(), &Framing::flat(1.0), false)?;
     let mut rows = Vec::new();
     for view in STRAIGHTENED {
         let Some(before) = run.pictures.get(view) else { continue };

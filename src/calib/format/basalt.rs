@@ -20,6 +20,7 @@ pub(super) const FORMAT: Format = Format {
     title: "Basalt JSON",
     extensions: &[],
     usual: &["json"],
+    stem: "camera",
     convention: "The centre of the first pixel is (0, 0). pinhole, kb4 with k1 k2 k3 k4, ds with xi alpha, eucm with alpha beta.",
     lacks: "Brown's model (refitted to kb4), poses, sigmas",
     write,

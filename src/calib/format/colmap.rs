@@ -16,6 +16,7 @@ pub(super) const FORMAT: Format = Format {
     title: "COLMAP cameras.txt",
     extensions: &["txt"],
     usual: &["txt"],
+    stem: "cameras",
     convention: "The corner of the first pixel is (0, 0): cx and cy are half a pixel larger than OpenCV's. OPENCV k1 k2 p1 p2, FULL_OPENCV k3 k4 k5 k6 more, OPENCV_FISHEYE k1 k2 k3 k4.",
     lacks: "thin prism, tilt, double sphere and EUCM (refitted), poses (they are in images.txt), sigmas",
     write,

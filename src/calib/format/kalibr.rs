@@ -20,6 +20,7 @@ pub(super) const FORMAT: Format = Format {
     title: "Kalibr camchain YAML",
     extensions: &[],
     usual: &["yaml", "yml"],
+    stem: "camera",
     convention: "camchain.yaml: the centre of the first pixel is (0, 0). radtan with k1 k2 p1 p2, equidistant with k1 k2 k3 k4, ds and eucm.",
     lacks: "k3 and what follows it (refitted), poses, sigmas",
     write,

@@ -19,6 +19,7 @@ pub(super) const FORMAT: Format = Format {
     title: "MATLAB script",
     extensions: &["m"],
     usual: &["m"],
+    stem: "camera",
     convention: "The first pixel is (1, 1): cx and cy are one pixel larger than OpenCV's. Radial k1 k2 k3, tangential p1 p2.",
     lacks: "rational and further terms (refitted), fisheye lenses beyond 90°, poses, sigmas",
     write,

@@ -24,6 +24,7 @@ pub(super) const FORMAT: Format = Format {
     title: "Agisoft Metashape XML",
     extensions: &["xml"],
     usual: &["xml"],
+    stem: "camera",
     convention: "The principal point counts from the middle of the picture. k1 k2 k3; P1 is OpenCV's p2 and P2 is p1; f is fy, b1 is fx − fy. A fisheye is equidistant with k1 k2 k3 k4.",
     lacks: "rational and further terms, double sphere and EUCM (refitted), poses, sigmas",
     write,

@@ -20,6 +20,7 @@ pub(super) const FORMAT: Format = Format {
     title: "mrcal cameramodel",
     extensions: &["cameramodel"],
     usual: &["cameramodel"],
+    stem: "camera",
     convention: "The centre of the first pixel is (0, 0). LENSMODEL_OPENCV5, 8 or 12: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4.",
     lacks: "fisheye lenses beyond 90°, poses of the board, sigmas",
     write,

@@ -20,6 +20,7 @@ pub(super) const FORMAT: Format = Format {
     title: "nerfstudio transforms.json",
     extensions: &[],
     usual: &["json"],
+    stem: "camera",
     convention: "The corner of the first pixel is (0, 0): cx and cy are half a pixel larger than OpenCV's. OPENCV with k1 k2 p1 p2, OPENCV_FISHEYE with k1 k2 k3 k4, by name.",
     lacks: "k3 and what follows it (refitted), sigmas",
     write,

@@ -27,6 +27,7 @@ pub(super) const FORMAT: Format = Format {
     title: "OpenCV YAML",
     extensions: &["yaml", "yml"],
     usual: &["yaml", "yml", "xml", "json"],
+    stem: "camera",
     convention: "Pixels as OpenCV counts them: the centre of the first is (0, 0). Terms in the order k1 k2 p1 p2 k3, then k4 k5 k6, s1 to s4, τx τy; of a fisheye k1 k2 k3 k4.",
     lacks: "double sphere and EUCM (refitted)",
     write,

@@ -18,6 +18,7 @@ pub(super) const FORMAT: Format = Format {
     title: "ROS camera_info YAML",
     extensions: &[],
     usual: &["yaml", "yml", "ini", "txt"],
+    stem: "camera",
     convention: "camera_info of image_pipeline: the centre of the first pixel is (0, 0). plumb_bob with k1 k2 p1 p2 k3, rational_polynomial with k4 k5 k6 more, equidistant with k1 k2 k3 k4.",
     lacks: "thin prism, tilt, double sphere and EUCM (refitted), poses, sigmas",
     write,

@@ -25,6 +25,7 @@ pub(super) const FORMAT: Format = Format {
     title: "Straightedge JSON",
     extensions: &["json"],
     usual: &["json"],
+    stem: "camera",
     convention: "Everything that is known, with σ and covariance. The centre of the first pixel is (0, 0); values by name.",
     lacks: "nothing",
     write,
@@ -33,6 +34,7 @@ pub(super) const FORMAT: Format = Format {
         t.starts_with(['{', ' ', '\n', '\r', '\t'])
             && t.contains("\"camera_matrix\"")
             && !t.contains("opencv-matrix")
+            && !t.contains("\"fisheye_params\"")
     },
 };
 
@@ -238,7 +240,11 @@ fn read_camera(node: &Node) -> Result<Camera> {
 
 fn read_evidence(root: &Node) -> Result<Evidence> {
     let settings = root.find("settings").unwrap_or(root);
+    let group = root.find("groups").and_then(|g| g.items().first());
+    let of_group = |field: &str| group.and_then(|g| g.text_at(field)).map(str::to_owned);
     let mut evidence = Evidence {
+        make: of_group("make"),
+        camera_model: of_group("model"),
         name: root.text_at("name").map(str::to_owned),
         board: settings.text_at("board").and_then(|t| t.parse().ok()),
         rms_px: root.find("rms_px").map(|v| v.number("rms_px")).transpose()?,

@@ -11,6 +11,8 @@ fn sample() -> (Camera, Evidence) {
     let camera = Camera::new(Model::Brown5, [800, 600], params).unwrap();
     let evidence = Evidence {
         name: Some("narrow_stereo".to_owned()),
+        make: Some("Acme".to_owned()),
+        camera_model: Some("Eye 3".to_owned()),
         date: Some("2026-11-22".to_owned()),
         board: Some(BoardSize { cols: 9, rows: 6 }),
         square: Some(30.0),
@@ -54,7 +56,7 @@ fn message(text: &str) -> String {
 #[test]
 fn texts_of_the_hand_written_calibration() {
     let (camera, evidence) = sample();
-    let golden: [(&str, &str); 9] = [
+    let golden: [(&str, &str); 11] = [
         ("opencv", include_str!("../../../tests/golden/formats/opencv.yaml")),
         ("ros", include_str!("../../../tests/golden/formats/ros.yaml")),
         ("kalibr", include_str!("../../../tests/golden/formats/kalibr.yaml")),
@@ -64,10 +66,12 @@ fn texts_of_the_hand_written_calibration() {
         ("mrcal", include_str!("../../../tests/golden/formats/mrcal.cameramodel")),
         ("matlab", include_str!("../../../tests/golden/formats/matlab.m")),
         ("metashape", include_str!("../../../tests/golden/formats/metashape.xml")),
+        ("gyroflow", include_str!("../../../tests/golden/formats/gyroflow.json")),
+        ("opensfm", include_str!("../../../tests/golden/formats/opensfm.json")),
     ];
     for (name, expected) in golden {
         let w = written(name, &camera, &evidence);
-        let text = w.text.replace(concat!("\"", env!("CARGO_PKG_VERSION"), "\""), "\"VERSION\"");
+        let text = w.text.replace(concat!(env!("CARGO_PKG_VERSION"), "\""), "VERSION\"");
         if std::env::var_os("STRAIGHTEDGE_PRINT_GOLDEN").is_some() {
             println!("=== {name}\n{text}");
         }
@@ -97,6 +101,8 @@ fn principal_points_obey_the_half_pixel_table() {
         ("nerfstudio", ["\"cx\": 320.0", "\"cy\": 240.0"]),
         ("matlab", ["[320.5 ", " 240.5]"]),
         ("metashape", ["<cx>0.0</cx>", "<cy>0.0</cy>"]),
+        ("gyroflow", ["319.5", "239.5"]),
+        ("opensfm", ["\"c_x\": 0.0", "\"c_y\": 0.0"]),
     ] {
         let text = written(name, &camera, &e).text;
         for mark in marks {
@@ -104,7 +110,7 @@ fn principal_points_obey_the_half_pixel_table() {
         }
         assert_eq!(read(&text, "file").unwrap().camera, camera, "{name}");
     }
-    assert_eq!(FORMATS.len(), 10);
+    assert_eq!(FORMATS.len(), 12);
 }
 
 #[test]
@@ -164,7 +170,8 @@ fn own_json_is_exact_and_reads_reports_and_truth() {
     evidence.free = vec![0, 1, 2, 3, 4, 5, 7];
     evidence.covariance = Some(DMatrix::from_fn(7, 7, |i, j| 1.0 / (1.0 + i as f64 + j as f64)));
     evidence.frames[0].corners = vec![Corner { index: 3, px: Vector2::new(0.1 + 0.2, 1e-7), sigma_px: 0.02 }];
-    evidence.date = None;
+    // These are of the pictures, and stand in the groups of a report.
+    (evidence.date, evidence.make, evidence.camera_model) = (None, None, None);
     let back = read(&written("straightedge", &camera, &evidence).text, "a.json").unwrap();
     assert_eq!(back.camera, camera);
     assert_eq!(back.evidence, evidence);
@@ -231,6 +238,14 @@ fn files_of_other_tools_are_read() {
             "<calibration type=\"frame\" class=\"adjusted\"><resolution width=\"800\" height=\"600\"/><f>999.9</f><cx>-0.1</cx><cy>0.1</cy><b1>0.3</b1><k1>-0.28</k1><k2>0.10</k2><p1>0.002</p1><p2>0.001</p2></calibration>",
         ),
         ("metashape", include_str!("../../../tests/golden/formats/foreign/metashape_cameras.xml")),
+        (
+            "gyroflow",
+            r#"{"calib_dimension": {"w": 800, "h": 600}, "asymmetrical": true, "distortion_model": "opencv_standard", "fisheye_params": {"camera_matrix": [[1000.2, 0, 399.4], [0, 999.9, 299.6], [0, 0, 1]], "distortion_coeffs": [-0.28, 0.1, 0.001, 0.002, 0, 0, 0, 0, 0, 0, 0, 0]}}"#,
+        ),
+        (
+            "opensfm",
+            r#"{"v2 acme eye 800 600 brown 1.2": {"projection_type": "brown", "width": 800, "height": 600, "focal_x": 1.25025, "focal_y": 1.249875, "c_x": -0.000125, "c_y": 0.000125, "k1": -0.28, "k2": 0.1, "p1": 0.001, "p2": 0.002, "k3": 0.0}}"#,
+        ),
     ] {
         let file = read(text, "file").unwrap_or_else(|e| panic!("{format}: {e}\n{text}"));
         assert_eq!(file.format, format, "{text}");
@@ -245,6 +260,11 @@ fn files_of_other_tools_are_read() {
     assert_eq!(simple("1 RADIAL 640 480 500 320 240 0.1 0.2\n")[..6], [500.0, 500.0, 319.5, 239.5, 0.1, 0.2]);
     let angle = r#"{"camera_angle_x": 1.5707963267948966, "w": 640, "h": 480, "frames": []}"#;
     assert!((read(angle, "t.json").unwrap().camera.params[0] - 320.0).abs() < 1e-9);
+    let perspective = r#"{"a": {"projection_type": "perspective", "width": 640, "height": 480, "focal": 0.78125, "k1": 0.1, "k2": 0.2}}"#;
+    assert_eq!(
+        read(perspective, "c.json").unwrap().camera.params[..6],
+        [500.0, 500.0, 319.5, 239.5, 0.1, 0.2]
+    );
     let two =
         read("1 PINHOLE 640 480 500 500 320 240\n2 PINHOLE 64 48 50 50 32 24\n", "cameras.txt").unwrap();
     assert!(two.notes[0].contains("2 cameras"), "{:?}", two.notes);
@@ -259,6 +279,8 @@ fn wrong_files_say_what_is_wrong() {
     let ros = written("ros", &camera, &evidence).text;
     let json = written("straightedge", &camera, &evidence).text;
     let xml = written("metashape", &camera, &evidence).text;
+    let gyroflow = written("gyroflow", &camera, &evidence).text;
+    let opensfm = written("opensfm", &camera, &evidence).text;
     for (text, expected) in [
         (String::new(), "file is empty"),
         ("hello".to_owned(), "no camera file format was recognised"),
@@ -305,6 +327,15 @@ fn wrong_files_say_what_is_wrong() {
             "camera_model omni is not supported",
         ),
         (r#"{"value0": {"intrinsics": [], "resolution": []}}"#.to_owned(), "at least one camera"),
+        (gyroflow.replace("opencv_standard", "gopro"), "distortion_model gopro is not supported"),
+        (
+            gyroflow.replace("\"input_horizontal_stretch\": 1.0", "\"input_horizontal_stretch\": 1.33"),
+            "anamorphic",
+        ),
+        (gyroflow.replace("\"w\": 800", "\"w\": 0"), "whole numbers of pixels"),
+        (gyroflow.replace("opencv_standard", "opencv_fisheye"), "the fisheye (equidistant) model has 4"),
+        (opensfm.replace("\"brown\"", "\"spherical\""), "projection_type spherical is not supported"),
+        (opensfm.replace("focal_y", "focal_z"), "focal_y is missing"),
     ] {
         let m = message(&text);
         assert!(m.contains(expected) && m.starts_with("file"), "{expected:?} in {m:?} for {text}");
@@ -363,6 +394,8 @@ fn equidistant_texts_are_read_wherever_they_come_from() {
         ("colmap", format!("1 OPENCV_FISHEYE 640 480 500 501 320 240 {}\n", k.replace(',', ""))),
         ("nerfstudio", "{\"camera_model\": \"OPENCV_FISHEYE\", \"fl_x\": 500, \"fl_y\": 501, \"cx\": 320, \"cy\": 240, \"w\": 640, \"h\": 480, \"k1\": -0.02, \"k2\": 0.01, \"k3\": -0.003, \"k4\": 0.0004, \"frames\": []}".to_owned()),
         ("opencv", format!("%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\nfisheye_model: 1\ncameraMatrix: [500., 0., 319.5, 0., 501., 239.5, 0., 0., 1.]\ndistCoeffs: [{k}]\n")),
+        ("gyroflow", format!("{{\"calib_dimension\": {{\"w\": 640, \"h\": 480}}, \"asymmetrical\": true, \"fisheye_params\": {{\"camera_matrix\": [[500, 0, 319.5], [0, 501, 239.5], [0, 0, 1]], \"distortion_coeffs\": [{k}]}}}}")),
+        ("opensfm", "{\"v2 a b 640 480 fisheye_opencv 0.78\": {\"projection_type\": \"fisheye_opencv\", \"width\": 640, \"height\": 480, \"focal_x\": 0.78125, \"focal_y\": 0.7828125, \"c_x\": 0, \"c_y\": 0, \"k1\": -0.02, \"k2\": 0.01, \"k3\": -0.003, \"k4\": 0.0004}}".to_owned()),
         ("basalt", "{\"value0\": {\"intrinsics\": [{\"camera_type\": \"kb4\", \"intrinsics\": {\"fx\": 500, \"fy\": 501, \"cx\": 319.5, \"cy\": 239.5, \"k1\": -0.02, \"k2\": 0.01, \"k3\": -0.003, \"k4\": 0.0004}}], \"resolution\": [[640, 480]]}}".to_owned()),
     ] {
         let file = read(&text, "file").unwrap_or_else(|e| panic!("{format}: {e}"));
@@ -424,6 +457,44 @@ fn an_angle_that_contradicts_the_focal_length_is_a_note() {
     let file = with(1.0);
     assert_eq!(file.camera.params[0], 320.0);
     assert!(file.notes[0].contains("camera_angle_x means a focal length of 585.8 px"), "{:?}", file.notes);
+}
+
+#[test]
+fn the_photographs_make_and_model_reach_the_programs_that_ask_for_them() {
+    let (camera, mut evidence) = sample();
+    let opensfm = written("opensfm", &camera, &evidence);
+    assert!(opensfm.text.contains("\"v2 acme eye 3 800 600 brown 1.2503\": {"), "{}", opensfm.text);
+    let profile = read(&written("gyroflow", &camera, &evidence).text, "lens.json").unwrap();
+    assert_eq!(profile.evidence.make.as_deref(), Some("Acme"));
+    assert_eq!(profile.evidence.camera_model.as_deref(), Some("Eye 3"));
+    (evidence.make, evidence.camera_model) = (None, None);
+    let unknown = written("opensfm", &camera, &evidence);
+    assert!(unknown.text.contains("\"v2 unknown unknown 800 600") && unknown.notes[0].contains("EXIF"));
+
+    // From the groups of a report, and from its JSON.
+    let mut report = Report::new(crate::calib::report::Settings::default(), vec![], vec![], vec![]);
+    report.groups.push(crate::calib::report::GroupReport {
+        name: "all".to_owned(),
+        reason: String::new(),
+        images: 1,
+        found: 1,
+        make: Some("Acme".to_owned()),
+        model: Some("Eye 3".to_owned()),
+    });
+    let known = Evidence::from(&report);
+    assert_eq!((known.make.as_deref(), known.camera_model.as_deref()), (Some("Acme"), Some("Eye 3")));
+    let text = written("straightedge", &camera, &Evidence::default()).text;
+    let with = text.replacen('{', "{\"groups\": [{\"make\": \"Acme\", \"model\": \"Eye 3\"}],", 1);
+    assert_eq!(read(&with, "camera.json").unwrap().evidence.make.as_deref(), Some("Acme"));
+}
+
+#[test]
+fn gyroflow_centres_a_profile_that_is_not_asymmetrical() {
+    let (camera, evidence) = sample();
+    let text = written("gyroflow", &camera, &evidence).text;
+    let file = read(&text.replace("\"asymmetrical\": true", "\"asymmetrical\": false"), "lens.json").unwrap();
+    assert_eq!(file.camera.intrinsics()[2..], [400.0, 300.0]);
+    assert!(file.notes[0].contains("the middle of the picture"), "{:?}", file.notes);
 }
 
 /// Deterministic stand-in for a fuzzer: nothing may panic, whatever the bytes.

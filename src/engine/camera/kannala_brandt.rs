@@ -100,7 +100,23 @@ fn guess_ray(p: &[f64], px: &Vector2<f64>) -> Vector3<f64> {
         let t2 = t * t;
         t * (1.0 + t2 * (p[4] + t2 * (p[5] + t2 * (p[6] + t2 * p[7]))))
     };
-    let (mut low, mut high) = (0.0, 3.1);
+    let grows = |t: f64| {
+        let t2 = t * t;
+        1.0 + t2 * (3.0 * p[4] + t2 * (5.0 * p[5] + t2 * (7.0 * p[6] + t2 * 9.0 * p[7]))) > 0.0
+    };
+    // The branch ends at the first fold.
+    const END: f64 = 3.1;
+    let mut high = END;
+    if !grows(END) {
+        let first = (1..31).map(|i| 0.1 * f64::from(i)).find(|t| !grows(*t)).unwrap_or(END);
+        let mut good = first - 0.1;
+        high = first;
+        for _ in 0..12 {
+            let middle = 0.5 * (good + high);
+            if grows(middle) { good = middle } else { high = middle }
+        }
+    }
+    let mut low = 0.0;
     for _ in 0..30 {
         let middle = 0.5 * (low + high);
         if bent(middle) < wanted { low = middle } else { high = middle }
@@ -108,4 +124,27 @@ fn guess_ray(p: &[f64], px: &Vector2<f64>) -> Vector3<f64> {
     let theta = 0.5 * (low + high);
     let side = theta.sin() / wanted;
     Vector3::new(side * a, side * b, theta.cos())
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use crate::camera::{Camera, Model};
+
+    #[test]
+    fn every_ray_before_the_fold_is_found_from_its_pixel() {
+        // It turns back at 120.0°, and beyond it passes the same radii again.
+        let params = vec![150.0, 150.0, 399.5, 299.5, 0.0, 0.0, 0.0, -0.0003];
+        let camera = Camera::new(Model::Kb4, [800, 600], params).unwrap();
+        let fold = camera.fold_rad();
+        assert!((fold.to_degrees() - 120.0).abs() < 0.1, "{}", fold.to_degrees());
+        for i in 1..200 {
+            let t = fold * f64::from(i) / 200.0;
+            let ray = Vector3::new(0.6 * t.sin(), -0.8 * t.sin(), t.cos());
+            let px = camera.project(&ray.into()).unwrap();
+            let back = camera.unproject(&px);
+            assert!(back.is_some_and(|b| (b - ray).norm() < 1e-9), "{}°: {back:?}", t.to_degrees());
+        }
+    }
 }

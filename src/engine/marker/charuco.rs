@@ -54,7 +54,7 @@ impl Charuco {
     }
 
     /// Whether the square in a column and row is white.
-    fn is_white(&self, column: u32, row: u32, legacy: bool) -> bool {
+    pub(super) fn is_white(&self, column: u32, row: u32, legacy: bool) -> bool {
         let shift = u32::from(legacy && self.rows.is_multiple_of(2));
         (column + row + shift) % 2 == 1
     }

@@ -43,7 +43,8 @@ pub fn displacement(camera: &Camera, step_px: u32) -> Result<Displacement> {
     let view = [corner(0, 0), corner(w - 1, 0), corner(0, h - 1), corner(w - 1, h - 1)]
         .into_iter()
         .fold(0.0, f64::max);
-    let limit = super::reach::fold_within(camera, view);
+    let fold = super::reach::fold_within(camera, view.atan());
+    let limit = if fold < std::f64::consts::FRAC_PI_2 { fold.tan() } else { f64::INFINITY };
     let moved = |u: u32, v: u32| -> Option<[f64; 2]> {
         let (x, y) = ((f64::from(u) - cx) / fx, (f64::from(v) - cy) / fy);
         if x.hypot(y) > limit {

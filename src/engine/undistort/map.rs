@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 
-use super::{MAX_ANGLE_RAD, reach};
+use super::{Projection, View, reach};
 use crate::{
     Error, Result,
     camera::{Camera, LANES, Lanes, Model},
@@ -31,10 +31,34 @@ const SLACK_PX: f64 = 1e-6;
 #[derive(Clone, Debug)]
 pub struct Map {
     source: Arc<dyn Lens>,
-    target: [f64; 4],
+    view: View,
     size: [usize; 2],
-    /// tan² of the largest angle off the axis that may be shown.
-    limit2: f64,
+    limit: Limit,
+}
+
+/// The cone of rays about the axis that may be shown.
+#[derive(Clone, Copy, Debug)]
+struct Limit {
+    /// tan² of its angle.
+    tan2: f64,
+    /// Whether it is wider than a half space.
+    wide: bool,
+}
+
+impl Limit {
+    /// What lies just on the limit counts as within.
+    fn new(angle_rad: f64) -> Self {
+        let wide = angle_rad > std::f64::consts::FRAC_PI_2;
+        let tan = angle_rad.tan() * if wide { 1.0 - 1e-9 } else { 1.0 + 1e-9 };
+        Self { tan2: tan * tan, wide }
+    }
+
+    /// Whether a ray is within; one of NaN is not.
+    #[inline(always)]
+    fn has(self, [x, y, z]: [f64; 3]) -> bool {
+        let (rho2, edge) = (x * x + y * y, self.tan2 * (z * z));
+        if self.wide { (z > 0.0) | (rho2 >= edge) } else { (z > 0.0) & (rho2 <= edge) }
+    }
 }
 
 /// Pixels between two nodes of a row.
@@ -49,6 +73,8 @@ pub(super) struct Row {
     pub(super) y: Vec<i32>,
     /// Position of every [`STEP`]-th pixel, from the one before the row, px.
     nodes: [Vec<f64>; 2],
+    /// Whether the rays of the nodes are within the limit.
+    within: Vec<bool>,
 }
 
 impl Map {
@@ -65,26 +91,46 @@ impl Map {
                 target.model
             )));
         }
-        let longest = source.size_px().into_iter().chain(target.size_px).max().unwrap_or_default();
+        let view = View {
+            projection: Projection::Perspective,
+            size_px: target.size_px,
+            intrinsics: target.intrinsics(),
+        };
+        Self::of_view(source, &view)
+    }
+
+    /// The map from the pixels of a view back to `source`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the camera is not valid, or a side is longer than 131 071 px.
+    pub fn of_view(source: &dyn Lens, view: &View) -> Result<Self> {
+        source.validate()?;
+        let most = view.projection.spec().max_angle_rad;
+        let [w, h] = view.size_px.map(|n| f64::from(n) - 1.0);
+        let angle = |[u, v]: [f64; 2]| view.ray(u, v).map_or(most, |r| r.x.hypot(r.y).atan2(r.z));
+        let widest = match view.projection {
+            // The corners of a flat picture look furthest off the axis.
+            Projection::Perspective => {
+                [[0.0, 0.0], [w, 0.0], [0.0, h], [w, h]].map(angle).into_iter().fold(0.0, f64::max).min(most)
+            }
+            _ => most,
+        };
+        Self::within(source, view, reach::fold_within(source, widest).min(most))
+    }
+
+    /// The map of a view that shows no ray further off the axis than `limit_rad`.
+    pub(super) fn within(source: &dyn Lens, view: &View, limit_rad: f64) -> Result<Self> {
+        let longest = source.size_px().into_iter().chain(view.size_px).max().unwrap_or_default();
         if longest >= 1 << (31 - FRACTION_BITS) {
             return Err(Error::Invalid(format!(
                 "a side of {longest} px is too long: give a smaller picture"
             )));
         }
-        let [fx, fy, cx, cy] = target.intrinsics();
-        let [w, h] = target.size_px.map(|n| f64::from(n) - 1.0);
-        let view = [[0.0, 0.0], [w, 0.0], [0.0, h], [w, h]]
-            .map(|[u, v]| ((u - cx) / fx).hypot((v - cy) / fy))
-            .into_iter()
-            .fold(0.0, f64::max)
-            .min(MAX_ANGLE_RAD.tan());
-        // What lies just on the limit counts as within.
-        let limit = reach::fold_within(source, view).min(MAX_ANGLE_RAD.tan()) * (1.0 + 1e-9);
         Ok(Self {
             source: source.shared(),
-            target: [fx, fy, cx, cy],
-            size: target.size_px.map(|n| n as usize),
-            limit2: limit * limit,
+            view: view.clone(),
+            size: view.size_px.map(|n| n as usize),
+            limit: Limit::new(limit_rad),
         })
     }
 
@@ -100,15 +146,19 @@ impl Map {
 
     /// Position in the photograph of the output position `(u, v)`, px; `None` where it is not valid (see the module).
     pub fn at(&self, u: f64, v: f64) -> Option<Vector2<f64>> {
-        let [fx, fy, cx, cy] = self.target;
-        let (x, y) = ((u - cx) / fx, (v - cy) / fy);
-        if x * x + y * y > self.limit2 {
-            return None;
-        }
-        let px = self.source.project_px(&Vector3::new(x, y, 1.0))?;
+        let px = self.beyond(u, v)?;
         let [w, h] = self.last();
         let inside = |a: f64, last: f64| (-SLACK_PX..=last + SLACK_PX).contains(&a);
         (inside(px.x, w) && inside(px.y, h)).then(|| Vector2::new(px.x.clamp(0.0, w), px.y.clamp(0.0, h)))
+    }
+
+    /// [`Self::at`], beyond the edges of the photograph too, as far as the model reaches.
+    pub fn beyond(&self, u: f64, v: f64) -> Option<Vector2<f64>> {
+        let ray = self.view.ray(u, v)?;
+        if !self.limit.has(ray.into()) {
+            return None;
+        }
+        self.source.project_px(&ray)
     }
 
     /// 255 where the output pixel is valid, 0 elsewhere.
@@ -148,16 +198,17 @@ impl Map {
         let steps = width.div_ceil(STEP);
         row.x.resize(steps * STEP, INVALID);
         row.y.resize(steps * STEP, INVALID);
-        let [_, fy, _, cy] = self.target;
+        let [_, fy, _, cy] = self.view.intrinsics;
         let y = (v as f64 - cy) / fy;
-        self.place_nodes(y, steps + 4, &mut row.nodes);
-        let inside = |u: f64| self.ray_x(u).powi(2) + y * y <= self.limit2;
+        self.place_nodes(y, steps + 4, &mut row.nodes, &mut row.within);
         let last = self.last();
         let (xs, ys) = (row.x.as_chunks_mut().0, row.y.as_chunks_mut().0);
         let nodes = row.nodes[0].windows(5).zip(row.nodes[1].windows(5));
-        for (k, ((xs, ys), (a, b))) in xs.iter_mut().zip(ys).zip(nodes).enumerate() {
+        // Node 1 is the first pixel.
+        let within = row.within.windows(2).skip(1);
+        for (k, (((xs, ys), (a, b)), within)) in xs.iter_mut().zip(ys).zip(nodes).zip(within).enumerate() {
             let first = (k * STEP) as f64;
-            let smooth = inside(first) && inside(first + STEP as f64);
+            let smooth = within.iter().all(|w| *w);
             if !(smooth && cubic(a, last[0], xs) && cubic(b, last[1], ys)) {
                 let halves = xs.as_chunks_mut().0.iter_mut().zip(ys.as_chunks_mut().0);
                 for (h, (xs, ys)) in halves.enumerate() {
@@ -169,37 +220,43 @@ impl Map {
         row.y.truncate(width);
     }
 
-    /// x of the ray of column `u` in the plane z = 1.
-    fn ray_x(&self, u: f64) -> f64 {
-        let [fx, _, cx, _] = self.target;
-        (u - cx) / fx
+    /// Rays of pixels of a row with this y in the plane.
+    #[inline(always)]
+    fn rays(&self, y: f64, column: impl Fn(usize) -> f64) -> [Lanes; 3] {
+        let [fx, _, cx, _] = self.view.intrinsics;
+        let x: Lanes = std::array::from_fn(|i| (column(i) - cx) / fx);
+        let mut rays = [[0.0; LANES]; 3];
+        (self.view.projection.spec().rays)(&x, y, &mut rays);
+        rays
     }
 
-    /// Positions of `count` nodes of a row, the first one [`STEP`] pixels before it, px.
-    fn place_nodes(&self, y: f64, count: usize, nodes: &mut [Vec<f64>; 2]) {
+    /// Positions of `count` nodes of a row, the first one [`STEP`] pixels before it, px, and whether their rays are within the limit.
+    fn place_nodes(&self, y: f64, count: usize, nodes: &mut [Vec<f64>; 2], within: &mut Vec<bool>) {
         let mut px: [Lanes; 2] = [[0.0; LANES]; 2];
         nodes.iter_mut().for_each(Vec::clear);
+        within.clear();
         for k in (0..count).step_by(LANES) {
-            let x = std::array::from_fn(|i| self.ray_x((k + i) as f64 * STEP as f64 - STEP as f64));
-            self.source.project_px_batch(&[x, [y; LANES], [1.0; LANES]], &mut px);
+            let rays = self.rays(y, |i| (k + i) as f64 * STEP as f64 - STEP as f64);
+            self.source.project_px_batch(&rays, &mut px);
             nodes[0].extend(px[0]);
             nodes[1].extend(px[1]);
+            within.extend((0..LANES).map(|i| self.limit.has([rays[0][i], rays[1][i], rays[2][i]])));
         }
     }
 
     /// Positions of the pixels from column `first`, by the model.
     fn exact(&self, first: f64, y: f64, xs: &mut [i32; LANES], ys: &mut [i32; LANES]) {
         let [w, h] = self.last();
-        let x: Lanes = std::array::from_fn(|i| self.ray_x(first + i as f64));
+        let rays = self.rays(y, |i| first + i as f64);
         let mut px: [Lanes; 2] = [[0.0; LANES]; 2];
-        self.source.project_px_batch(&[x, [y; LANES], [1.0; LANES]], &mut px);
+        self.source.project_px_batch(&rays, &mut px);
         for i in 0..LANES {
             let (a, b) = (px[0][i], px[1][i]);
             let valid = (a >= -SLACK_PX)
                 & (a <= w + SLACK_PX)
                 & (b >= -SLACK_PX)
                 & (b <= h + SLACK_PX)
-                & (x[i] * x[i] + y * y <= self.limit2);
+                & self.limit.has([rays[0][i], rays[1][i], rays[2][i]]);
             let fixed =
                 |p: f64, last: f64| (p.clamp(0.0, last) * f64::from(ONE) + TO_INTEGER).to_bits() as i32;
             xs[i] = if valid { fixed(a, w) } else { INVALID };

@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::MAX_ANGLE_RAD;
+use super::{MAX_ANGLE_RAD, Projection};
 use crate::{lens::Lens, solution::Warning};
 
 /// Up to where a camera can be undistorted.
@@ -54,8 +54,8 @@ pub fn reach(camera: &dyn Lens) -> Reach {
     }
 }
 
-/// What someone who undistorts with this camera should know: `model_folds` and `view_limited`.
-pub fn warnings(camera: &dyn Lens) -> Vec<Warning> {
+/// What someone who undistorts with this camera should know: `model_folds`, and of flat pictures `view_limited`.
+pub fn warnings(camera: &dyn Lens, projection: Projection) -> Vec<Warning> {
     let reach = reach(camera);
     let mut warnings = Vec::new();
     if reach.beyond > 0.0 {
@@ -70,11 +70,11 @@ pub fn warnings(camera: &dyn Lens) -> Vec<Warning> {
             ),
         ));
     }
-    if reach.too_wide > 0.0 {
+    if reach.too_wide > 0.0 && projection == Projection::Perspective {
         warnings.push(Warning::new(
             "view_limited",
             format!(
-                "{} of the photograph looks more than {:.0}° off the axis and is left out: a flat picture cannot show it",
+                "{} of the photograph looks more than {:.0}° off the axis and is left out: a flat picture cannot show it, an equidistant, stereographic or cylindrical one can",
                 percent(reach.too_wide),
                 MAX_ANGLE_RAD.to_degrees()
             ),
@@ -87,20 +87,19 @@ fn percent(share: f64) -> String {
     if share < 0.01 { "less than 1 %".to_owned() } else { format!("{:.0} %", 100.0 * share) }
 }
 
-/// tan of the largest angle that a flat picture of half-angle `atan(view)` may show without meeting the fold; infinite where
-/// there is none in view. [`MAX_ANGLE_RAD`] is not part of it.
-pub(super) fn fold_within(camera: &dyn Lens, view: f64) -> f64 {
+/// The largest angle off the axis that a picture may show without meeting the fold, rad, where it shows rays up to `view_rad`; infinite
+/// where there is no fold in view.
+pub(super) fn fold_within(camera: &dyn Lens, view_rad: f64) -> f64 {
     // The sign of the expansion is that of a polynomial of low degree: a fold does not hide between 32 steps.
     const AZIMUTHS: i32 = 24;
     const STEPS: i32 = 32;
     let grows = |azimuth: i32, step: i32| {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(azimuth) / f64::from(AZIMUTHS)).sin_cos();
-        let r = view * f64::from(step) / f64::from(STEPS);
-        camera.expansion(&Vector3::new(cos * r, sin * r, 1.0).normalize()).is_some_and(|d| d > 0.0)
+        let (r, z) = (view_rad * f64::from(step) / f64::from(STEPS)).sin_cos();
+        camera.expansion(&Vector3::new(cos * r, sin * r, z)).is_some_and(|d| d > 0.0)
     };
     if (0..AZIMUTHS).all(|a| (1..=STEPS).all(|s| grows(a, s))) {
         return f64::INFINITY;
     }
-    let fold = camera.fold_rad();
-    if fold >= std::f64::consts::FRAC_PI_2 { f64::INFINITY } else { fold.tan() }
+    camera.fold_rad()
 }

@@ -1,3 +1,5 @@
+mod wide;
+
 use nalgebra::{Point3, Vector2};
 
 use super::*;
@@ -84,7 +86,10 @@ fn without_distortion_nothing_changes() {
             for interpolation in [Interpolation::Bilinear, Interpolation::Lanczos] {
                 for (channels, wide) in [(1, false), (3, true), (4, false)] {
                     let photo = photo(camera.size_px, channels, wide);
-                    assert_eq!(straighten(&photo, &camera, alpha, true, interpolation).unwrap(), photo);
+                    assert_eq!(
+                        straighten(&photo, &camera, &Framing::flat(alpha), true, interpolation).unwrap(),
+                        photo
+                    );
                 }
             }
         }
@@ -239,9 +244,9 @@ fn no_lens_makes_the_view_explode() {
 
 #[test]
 fn folds_are_warned_of() {
-    assert_eq!(warnings(&seed()), []);
+    assert_eq!(warnings(&seed(), Projection::Perspective), []);
     let folding = brown([640, 480], 500.0, [-0.5, 0.0, 0.0, 0.0, 0.0]);
-    let warned = warnings(&folding);
+    let warned = warnings(&folding, Projection::Perspective);
     assert_eq!(warned[0].code, "model_folds");
     assert!(warned[0].text.contains("272 px") && warned[0].text.contains("39.2°"), "{}", warned[0].text);
     let r = reach(&folding);
@@ -421,12 +426,12 @@ fn the_crop_is_the_largest_valid_rectangle() {
         }
         let rect = largest_valid(&map).unwrap();
         assert_eq!((rect.width * rect.height) as usize, most);
-        let straightener = Straightener::new(&camera, 1.0, true).unwrap();
-        assert_eq!(straightener.camera.size_px, [rect.width, rect.height]);
+        let straightener = Straightener::new(&camera, &Framing::flat(1.0), true).unwrap();
+        assert_eq!(straightener.view.size_px, [rect.width, rect.height]);
         assert!(straightener.map.mask().data().iter().all(|v| *v == 255));
         // The cut camera shows the same rays.
         let p = Point3::new(0.1, -0.05, 1.0);
-        let (a, b) = (target.project(&p).unwrap(), straightener.camera.project(&p).unwrap());
+        let (a, b) = (target.project(&p).unwrap(), straightener.view.camera().unwrap().project(&p).unwrap());
         assert!((a - b - Vector2::new(f64::from(rect.x), f64::from(rect.y))).norm() < 1e-12);
     }
 }
@@ -438,8 +443,14 @@ fn the_smallest_pictures_survive() {
         for alpha in [0.0, 1.0] {
             for interpolation in [Interpolation::Bilinear, Interpolation::Lanczos] {
                 for crop in [false, true] {
-                    let out =
-                        straighten(&photo(size, 3, false), &camera, alpha, crop, interpolation).unwrap();
+                    let out = straighten(
+                        &photo(size, 3, false),
+                        &camera,
+                        &Framing::flat(alpha),
+                        crop,
+                        interpolation,
+                    )
+                    .unwrap();
                     assert!(crop || [out.width as u32, out.height as u32] == size);
                 }
             }
@@ -447,7 +458,7 @@ fn the_smallest_pictures_survive() {
     }
     let one = brown([1, 1], 50.0, [-0.2, 0.0, 1e-3, 0.0, 0.0]);
     let photo = photo([1, 1], 3, false);
-    assert_eq!(straighten(&photo, &one, 0.0, false, Interpolation::Bilinear).unwrap(), photo);
+    assert_eq!(straighten(&photo, &one, &Framing::flat(0.0), false, Interpolation::Bilinear).unwrap(), photo);
 }
 
 #[test]
@@ -479,7 +490,9 @@ fn wrong_requests_are_refused() {
     assert!(matches!(new_camera(&broken, 0.0), Err(Error::Invalid(_))));
     assert!(matches!(Map::new(&camera, &camera), Err(Error::Invalid(_))));
     let small = photo([799, 600], 1, false);
-    let message = straighten(&small, &camera, 0.0, false, Interpolation::Bilinear).unwrap_err().to_string();
+    let message = straighten(&small, &camera, &Framing::flat(0.0), false, Interpolation::Bilinear)
+        .unwrap_err()
+        .to_string();
     assert!(message.contains("799 x 600") && message.contains("800 x 600"), "{message}");
     assert!("cubic".parse::<Interpolation>().is_err());
 }

@@ -1,4 +1,4 @@
-//! The view of the output camera: a window in the plane z = 1, chosen by α.
+//! The view of the output: a window in the plane of its projection, chosen by α.
 //!
 //! y is scaled so that the window is a square; then the view for α = 0 is the largest axis-parallel square inside the region
 //! (the point whose distance to the border is largest, in the norm max(|x|, |y|)), that for α = 1 the smallest around it.
@@ -7,12 +7,8 @@ use std::collections::VecDeque;
 
 use nalgebra::Vector2;
 
-use super::{Map, region::Region};
-use crate::{
-    Result,
-    camera::{Camera, Model},
-    lens::Lens,
-};
+use super::{Map, Projection, View, region::Region};
+use crate::{Result, lens::Lens};
 
 /// Centre and half the side of a square in the scaled plane.
 #[derive(Clone, Copy, Debug)]
@@ -21,8 +17,13 @@ struct Square {
     half: f64,
 }
 
-/// `fx fy cx cy` of the output camera.
-pub(super) fn intrinsics(camera: &dyn Lens, region: &Region, alpha: f64) -> Result<[f64; 4]> {
+/// `fx fy cx cy` of the output.
+pub(super) fn intrinsics(
+    camera: &dyn Lens,
+    projection: Projection,
+    region: &Region,
+    alpha: f64,
+) -> Result<[f64; 4]> {
     let [fx, fy, _, _] = camera.intrinsics();
     let [w, h] = camera.size_px().map(|n| f64::from(n) - 1.0);
     if w == 0.0 || h == 0.0 {
@@ -41,8 +42,8 @@ pub(super) fn intrinsics(camera: &dyn Lens, region: &Region, alpha: f64) -> Resu
         [f, fy, 0.5 * w - f * s.centre.x, 0.5 * h - fy * s.centre.y / aspect]
     };
     for _ in 0..40 {
-        let target = Camera::new(Model::Pinhole, camera.size_px(), of_square(inner).to_vec())?;
-        if Map::new(camera, &target)?.border_is_valid() {
+        let view = View { projection, size_px: camera.size_px(), intrinsics: of_square(inner) };
+        if Map::within(camera, &view, region.limit_rad)?.border_is_valid() {
             break;
         }
         inner.half *= 1.0 - 1e-4;

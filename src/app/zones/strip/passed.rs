@@ -90,7 +90,9 @@ pub(super) fn check(state: &State) -> Option<Vec<String>> {
 pub(super) fn straighten(state: &State) -> Option<Vec<String>> {
     let shown = state.data.straight.as_ref()?;
     let [w, h] = shown.raster.as_ref().ok()?.size_px;
-    let mut lines = vec![format!("A picture without the lens, {w} × {h} px, α = {:.2}", state.doc.alpha)];
+    let doc = &state.doc;
+    let mut lines =
+        vec![format!("A picture without the lens, {}, {w} × {h} px, α = {:.2}", doc.projection, doc.alpha)];
     if let Some(r) = shown.valid {
         lines.push(format!("valid without a gap within {} × {} px", r.width, r.height));
     }
