@@ -507,11 +507,11 @@ fn a_lens_with_a_residual_field_is_mapped_as_exactly() {
     offsets[5] = [0.4, -1.2];
     let field = Field::new([-0.5; 2], [64.0, 80.0], [13, 9], offsets).unwrap();
     let lens = Corrected { camera: camera.clone(), field: field.clone() };
-    let straight = Straightener::new(&lens, 0.0, false).unwrap();
+    let straight = Straightener::new(&lens, &Framing::flat(0.0), false).unwrap();
     assert!(straight.map.mask().data().iter().all(|v| *v == 255));
     let mut row = map::Row::default();
     let (mut worst, mut largest) = (0.0f64, 0.0f64);
-    let plain = Map::new(&camera, &straight.camera).unwrap();
+    let plain = Map::new(&camera, &straight.view.camera().unwrap()).unwrap();
     for v in 0..480 {
         straight.map.row(v, &mut row);
         for u in 0..640 {

@@ -21,7 +21,7 @@ use straightedge::{
     job::{Job, Key, Output, Request, Source, run},
 };
 
-use super::{alike, demonstrated, picture, settle, window};
+use super::{alike, click, demonstrated, picture, says, settle, window};
 
 const SIZE: [f32; 2] = [1280.0, 720.0];
 /// The centre of a window of that size: left, top, width, height.
@@ -207,6 +207,24 @@ fn an_unlocked_layout() {
     let mut window = demonstrated(SIZE, Theme::Light);
     show(&mut window, Screen { unlocked: true, ..Screen::default() });
     picture(&mut window, "unlocked_light");
+}
+
+#[test]
+fn models_side_by_side() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    window.state_mut().state.data.took_ms = None;
+    click(&mut window, "Lens, Brown, 5 terms chosen");
+    settle(&mut window);
+    assert!(says(&window, "in pictures that it was not fitted to"));
+    picture(&mut window, "models_dark");
+    // Another model is in use: the recommended one is a click away, and the table is still there.
+    click(&mut window, "Pinhole, no distortion");
+    settle(&mut window);
+    let recommended = window.state().state.data.compared.as_ref().unwrap().1.as_ref().unwrap().recommended;
+    click(&mut window, &format!("Use {}", recommended.spec().title));
+    settle(&mut window);
+    assert_eq!(window.state().state.doc.model, Some(recommended));
+    assert!(says(&window, "is recommended"));
 }
 
 const PHONE: [f32; 2] = [390.0, 844.0];
