@@ -41,7 +41,7 @@ fn undistortion(c: &mut Criterion) {
     let [width, height] = size.map(|n| n as usize);
     group.throughput(Throughput::Elements((width * height) as u64));
     group.bench_function("view", |b| {
-        b.iter(|| Straightener::new(black_box(&camera), &Framing::flat(0.0), false))
+        b.iter(|| Straightener::new(black_box(&camera), &Framing::flat(0.0), false));
     });
     group.bench_function("positions", |b| b.iter(|| black_box(&map).mask()));
     for (kind, channels) in [("grey", 1), ("RGB", 3)] {
