@@ -198,7 +198,7 @@ fn models(report: &Report) -> String {
         table.row([c.model.to_string(), c.free.to_string(), fit, new, corner, note]);
     }
     let head = "\nCamera models: RMS of the fit and in pictures left out of it, 1σ in the worst corner of the picture\n";
-    format!("{head}{}{}", table.render(), paragraph("", &comparison.why))
+    format!("{head}{}{}", table.render(), paragraph(" ", &comparison.why))
 }
 
 fn warnings(report: &Report) -> String {

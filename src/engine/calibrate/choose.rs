@@ -35,7 +35,7 @@ pub fn simplest_sufficient(calibrations: &[Calibration]) -> Option<usize> {
 
 /// Whether a model is worth trying after the perspective ones that were: fisheye models are, where those are strained.
 pub fn worth_trying(model: Model, before: &[Calibration]) -> bool {
-    let Some(last) = before.last() else { return true };
+    let Some(last) = before.iter().rfind(|c| c.camera.spec().perspective) else { return true };
     let width = f64::from(last.camera.size_px[0].max(last.camera.size_px[1]));
     model.spec().perspective
         || last.camera.params[0] < WIDE * width

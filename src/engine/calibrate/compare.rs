@@ -43,8 +43,12 @@ const WORSE: f64 = 1.01;
 const TOLERABLE: f64 = 1.1;
 /// Standard errors over the pictures from which a difference is one.
 const SURE: f64 = 2.0;
-/// Warnings that speak against a model, whatever its errors.
-const ABSURD: [&str; 3] = ["focal_absurd", "model_folds", "not_converged"];
+/// Warnings that speak against a model, whatever its errors, in few words.
+const ABSURD: [(&str, &str); 3] = [
+    ("focal_absurd", "a focal length that no ordinary lens has"),
+    ("model_folds", "folds inside the picture"),
+    ("not_converged", "did not converge"),
+];
 
 /// How one model fares.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -91,9 +95,9 @@ impl Tried {
         (n > 0).then(|| (sum / n as f64).sqrt())
     }
 
-    fn against(&self) -> Option<&str> {
+    fn against(&self) -> Option<&'static str> {
         let warnings = &self.calibration.warnings;
-        warnings.iter().find(|w| ABSURD.contains(&w.code.as_str())).map(|w| w.text.as_str())
+        ABSURD.iter().find(|(code, _)| warnings.iter().any(|w| w.code == *code)).map(|(_, words)| *words)
     }
 }
 
@@ -264,9 +268,10 @@ fn why(tried: &[Tried], chosen: usize) -> String {
     if own.against().is_some() {
         text += ", which no sound model comes near; it is no good where the board never was";
     }
-    let others = || tried.iter().filter(|t| t.against().is_none());
-    let richer = others().filter(|t| terms(t) > terms(own)).max_by_key(|t| terms(t));
-    if let Some((t, e)) = richer.and_then(|t| Some((t, t.held_out_px()?))) {
+    let perspective = |t: &Tried| t.calibration.camera.spec().perspective;
+    let others = || tried.iter().filter(|t| t.against().is_none() && perspective(t) == perspective(own));
+    let asked = || others().filter_map(|t| Some((t, t.held_out_px()?)));
+    if let Some((t, e)) = asked().filter(|(t, _)| terms(t) > terms(own)).max_by_key(|(t, _)| terms(t)) {
         let better = if e < error { "hardly better" } else { "no better" };
         text += &format!("; {} is {better} ({e:.3} px)", title(t));
         let unobservable = t.calibration.unobservable();
@@ -274,8 +279,7 @@ fn why(tried: &[Tried], chosen: usize) -> String {
             text += &format!(", with {} unobservable", unobservable.join(", "));
         }
     }
-    let simpler = others().filter(|t| terms(t) < terms(own)).max_by_key(|t| terms(t));
-    if let Some((t, e)) = simpler.and_then(|t| Some((t, t.held_out_px()?))) {
+    if let Some((t, e)) = asked().filter(|(t, _)| terms(t) < terms(own)).max_by_key(|(t, _)| terms(t)) {
         text += &format!("; {} errs by {e:.3} px", title(t));
     }
     text

@@ -146,7 +146,7 @@ fn options_reach_the_solver() {
     assert_eq!((&r["camera_matrix"]["cx"], &r["settings"]["loss"]), (&199.5.into(), &"linear".into()));
     assert_eq!(r["settings"]["fixed"], serde_json::json!(["fx=fy", "k3", "cx"]));
     let r = json(at, &["calibrate", ".", "--model", "auto", "--json"], 0);
-    assert_eq!(r["model"], "brown5");
+    assert!(r["model"] != "pinhole" && r["model"] == r["models"]["recommended"], "{}", r["models"]);
     let mut pinhole = scene();
     pinhole.camera.params[4..].fill(0.0);
     let r = json(photos(&pinhole).path(), &["calibrate", ".", "--model", "auto", "--json"], 0);

@@ -8,7 +8,7 @@ use straightedge::calib::{
     format,
     report::Report,
     synth::{self, Scene, poses},
-    undistort::{Interpolation, straighten},
+    undistort::{Framing, Interpolation, straighten},
 };
 use straightedge::job::photo::{self, Colours};
 
@@ -89,10 +89,17 @@ fn what_the_model_leaves_is_found_written_and_applied() {
     assert!(done.status.success(), "{}", stderr(&done));
     let read = |name: &str| photo::read(&at.join(name), Colours::Keep).unwrap().photo;
     let file = format::read(&fs::read_to_string(at.join("c.json")).unwrap(), "c.json").unwrap();
-    let with =
-        straighten(&read("photos/a.png"), file.lens().as_ref(), 0.0, false, Interpolation::Lanczos).unwrap();
+    let with = straighten(
+        &read("photos/a.png"),
+        file.lens().as_ref(),
+        &Framing::flat(0.0),
+        false,
+        Interpolation::Lanczos,
+    )
+    .unwrap();
     let without =
-        straighten(&read("photos/a.png"), &file.camera, 0.0, false, Interpolation::Lanczos).unwrap();
+        straighten(&read("photos/a.png"), &file.camera, &Framing::flat(0.0), false, Interpolation::Lanczos)
+            .unwrap();
     assert_eq!(read("flat/a.png"), with);
     assert!(with != without);
 

@@ -99,6 +99,7 @@ fn the_lens_is_a_choice() {
     let mut window = demonstrated(SIZE, Theme::Dark);
     let title = Model::Brown5.spec().title;
     click(&mut window, &format!("Lens, {title}"));
+    settle(&mut window);
     window.get_by_role_and_label(egui::accesskit::Role::RadioButton, Model::Pinhole.spec().title).click();
     settle(&mut window);
     let (_, solution) = window.state().state.data.solved().unwrap();

@@ -213,7 +213,7 @@ fn an_unlocked_layout() {
 fn models_side_by_side() {
     let mut window = demonstrated(SIZE, Theme::Dark);
     window.state_mut().state.data.took_ms = None;
-    click(&mut window, "Lens, Brown, 5 terms chosen");
+    click(&mut window, "Lens, Brown, 5 terms");
     settle(&mut window);
     assert!(says(&window, "in pictures that it was not fitted to"));
     picture(&mut window, "models_dark");

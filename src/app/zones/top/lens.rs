@@ -74,9 +74,9 @@ pub(in crate::app::zones) fn settings(cx: &mut Cx<'_>, ui: &mut Ui) {
 
 /// Heads of the figures, and what they mean.
 const HEADS: [(&str, &str); 3] = [
-    ("fit", "RMS in the pictures that the model was fitted to, px: falls with every term"),
-    ("new", "RMS in pictures that were left out of the fit, px: falls only where a term is true"),
-    ("corner", "How sure the projection is in the worst corner of the picture, px (1σ)"),
+    ("fit px", "RMS in the pictures that the model was fitted to, px: falls with every term"),
+    ("new px", "RMS in pictures that were left out of the fit, px: falls only where a term is true"),
+    ("corner px", "How sure the projection is in the worst corner of the picture, px (1σ)"),
 ];
 
 fn figures(cx: &Cx<'_>, ui: &mut Ui, candidate: &Candidate, recommended: bool) {
