@@ -21,7 +21,6 @@
 mod corrected;
 mod field;
 mod grid;
-mod groups;
 mod rows;
 mod search;
 
@@ -30,7 +29,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Error, Result,
+    Error, Result, bursts,
     number::{percent, significant},
     solution::Calibration,
     target::Target,
@@ -109,7 +108,13 @@ impl fmt::Display for ResidualMap {
 pub fn residual_map(calibration: &Calibration, target: &Target) -> Result<ResidualMap> {
     let grid = grid::Grid::new(calibration.camera.size_px);
     let mut views = rows::of(calibration, target, &grid);
-    let groups = groups::assign(&mut views, calibration.camera.size_px);
+    let corners: Vec<_> =
+        views.iter().map(|v| v.rows.iter().map(|r| (r.index, r.seen_px)).collect()).collect();
+    let group = bursts::groups(&corners, calibration.camera.size_px);
+    let groups = group.iter().max().map_or(0, |last| last + 1);
+    for (view, group) in views.iter_mut().zip(group) {
+        view.group = group;
+    }
     if groups < FEWEST_GROUPS {
         return Err(Error::TooFewViews { need: FEWEST_GROUPS, got: groups });
     }

@@ -10,7 +10,10 @@ mod folds;
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
-use std::{collections::BTreeMap, ops::ControlFlow};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    ops::ControlFlow,
+};
 
 use super::{Problem, calibrate, choose::worth_trying, pose_of};
 use crate::{
@@ -41,6 +44,8 @@ const AS_GOOD: f64 = 1.005;
 const WORSE: f64 = 1.01;
 /// A sound model may err by this factor more than one with something against it: else the latter is taken, with its warning.
 const TOLERABLE: f64 = 1.1;
+/// Share of the left-out pictures that a model must be able to answer about.
+const EXPLAINED: f64 = 0.8;
 /// Standard errors over the pictures from which a difference is one.
 const SURE: f64 = 2.0;
 /// Warnings that speak against a model, whatever its errors, in few words.
@@ -103,7 +108,7 @@ impl Tried {
 
 /// Fits and judges `models`, simplest first. Fisheye models are left out where a perspective one leaves nothing to explain.
 ///
-/// `tick` gets the share of the work done, 0..1, and may stop it. Cost: a calibration for each model and each of up to five folds.
+/// `tick` gets the share of the work done, 0..1, and may stop it. Cost: a calibration for each model and each of up to ten folds.
 ///
 /// # Errors
 /// The reason of the last model where none can be fitted; [`Error::Stopped`] where `tick` breaks.
@@ -138,6 +143,7 @@ pub fn compare(
         let errors = held_out(problem, &calibration, &parts, &inliers, &mut share)?;
         tried.push(Tried { calibration, errors });
     }
+    to_common_groups(&mut tried);
     let chosen = simplest_as_good(&tried);
     Ok(Comparison {
         recommended: tried[chosen].calibration.camera.model,
@@ -145,6 +151,16 @@ pub fn compare(
         folds: parts.folds.len(),
         candidates: tried.iter().map(|t| candidate(problem, t)).collect(),
     })
+}
+
+/// Models are compared on the same pictures: those that all can answer about.
+fn to_common_groups(tried: &mut [Tried]) {
+    let all = tried.iter().filter_map(|t| t.errors.as_ref());
+    let groups = all.map(|errors| errors.keys().copied().collect::<BTreeSet<usize>>());
+    let Some(common) = groups.reduce(|a, b| &a & &b) else { return };
+    for errors in tried.iter_mut().filter_map(|t| t.errors.as_mut()) {
+        errors.retain(|group, _| common.contains(group));
+    }
 }
 
 fn with(problem: &Problem, model: Model) -> Problem {
@@ -172,7 +188,8 @@ impl Inliers {
     }
 }
 
-/// Squared errors by group in the pictures that each fold leaves out; `None` where one cannot be fitted.
+/// Squared errors by group in the pictures that each fold leaves out; `None` where one cannot be fitted, or too many pictures lie beyond
+/// the reach of its fits.
 fn held_out(
     problem: &Problem,
     whole: &Calibration,
@@ -197,15 +214,18 @@ fn held_out(
             if !inliers.0.contains_key(&observation.frame) {
                 continue;
             }
+            // What lies beyond the reach of a fit tells nothing about its errors.
             let Ok((_, residuals)) = pose_of(&fitted.camera, &problem.target, &observation.corners) else {
-                return Ok(None);
+                continue;
             };
             let (sum, n) = inliers.squares(observation, &residuals);
             let group = errors.entry(parts.group[i]).or_insert((0.0, 0));
             *group = (group.0 + sum, group.1 + n);
         }
     }
-    Ok((!parts.folds.is_empty()).then_some(errors))
+    let asked = parts.folds.iter().flat_map(|f| &f.left_out).map(|&i| parts.group[i]);
+    let asked = asked.collect::<BTreeSet<_>>().len() as f64;
+    Ok((!errors.is_empty() && errors.len() as f64 >= EXPLAINED * asked).then_some(errors))
 }
 
 /// The simplest model that is as good as the best on new pictures, among those with nothing against them where one of these comes near;
