@@ -39,9 +39,9 @@ pub const CANDIDATES: [Model; 10] = [
 ];
 
 /// A model that errs by this factor more than the best on new pictures is as good, whatever the scatter.
-const AS_GOOD: f64 = 1.005;
+const AS_GOOD: f64 = 1.0025;
 /// Beyond this factor it is not as good, even where the pictures are too few to be sure.
-const WORSE: f64 = 1.01;
+const WORSE: f64 = 1.005;
 /// A sound model may err by this factor more than one with something against it: else the latter is taken, with its warning.
 const TOLERABLE: f64 = 1.1;
 /// Share of the left-out pictures that a model must be able to answer about.

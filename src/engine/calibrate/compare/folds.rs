@@ -30,7 +30,9 @@ pub(super) fn of(observations: &[Observation], size_px: [u32; 2]) -> Folds {
     let asked = groups.div_ceil(step);
     let parts = if asked < 3 { 0 } else { PARTS.min(asked) };
     let members = |wanted: &dyn Fn(usize) -> bool| {
-        (0..group.len()).filter(|&i| group[i] % step == 0 && wanted(group[i] / step)).collect::<Vec<_>>()
+        (0..group.len())
+            .filter(|&i| group[i].is_multiple_of(step) && wanted(group[i] / step))
+            .collect::<Vec<_>>()
     };
     let folds = (0..parts)
         .map(|k| Fold { fitted: members(&|g| g % parts != k), left_out: members(&|g| g % parts == k) })
