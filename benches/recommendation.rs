@@ -12,7 +12,7 @@ use straightedge::calib::{
     camera::Model,
 };
 
-const SEEDS: u64 = 10;
+const SEEDS: u64 = 5;
 const VIEWS: usize = 20;
 /// Fresh pictures that a camera is asked about.
 const FRESH: usize = 100;
