@@ -1,9 +1,9 @@
 //! What a calibration answers: camera, views, certainty, and why it stopped.
 
-use nalgebra::{DMatrix, Vector2};
+use nalgebra::{DMatrix, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::{camera::Camera, observation::FrameId, pose::Pose, stats::indistinct};
+use super::{camera::Camera, observation::FrameId, pose::Pose, stats::indistinct, target::Target};
 
 /// A board in front of the camera, as the solution sees it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,6 +23,15 @@ pub struct View {
     pub outliers: Vec<u32>,
     /// √(Σ|r|²/n) over all corners of the view, px.
     pub rms_px: f64,
+}
+
+impl View {
+    /// The corners in the camera frame, in the order of `indices`; `None` without corners, or where one is not on the board.
+    pub(crate) fn points_in_camera(&self, target: &Target) -> Option<Vec<Vector3<f64>>> {
+        let point = |i: &u32| Some(self.camera_from_board.apply(&target.point_in_board(*i)?).coords);
+        let points: Option<Vec<_>> = self.indices.iter().map(point).collect();
+        points.filter(|p| !p.is_empty())
+    }
 }
 
 /// Why the refinement stopped.

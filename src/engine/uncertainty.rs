@@ -176,12 +176,7 @@ fn blocks(
     view: &View,
 ) -> Option<(Matrix6<f64>, Matrix6xX<f64>, Vector3<f64>)> {
     let camera = &calibration.camera;
-    let points: Option<Vec<Vector3<f64>>> = view
-        .indices
-        .iter()
-        .map(|i| Some(view.camera_from_board.apply(&target.point_in_board(*i)?).coords))
-        .collect();
-    let points = points.filter(|p| !p.is_empty())?;
+    let points = view.points_in_camera(target)?;
     let center = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
     let free = calibration.free.len();
     let (mut v, mut w) = (Matrix6::zeros(), Matrix6xX::zeros(free));

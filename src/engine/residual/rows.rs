@@ -23,12 +23,7 @@ pub(super) fn of(calibration: &Calibration, target: &Target, grid: &Grid) -> Vec
 }
 
 fn of_view(camera: &Camera, view: &View, target: &Target, grid: &Grid) -> Option<ViewRows> {
-    let points: Option<Vec<Vector3<f64>>> = view
-        .indices
-        .iter()
-        .map(|i| Some(view.camera_from_board.apply(&target.point_in_board(*i)?).coords))
-        .collect();
-    let points = points.filter(|p| !p.is_empty())?;
+    let points = view.points_in_camera(target)?;
     let middle = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
     let rows: Option<Vec<Row>> = points
         .iter()
