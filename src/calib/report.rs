@@ -5,6 +5,7 @@
 
 mod build;
 mod corner_file;
+mod read;
 mod wire;
 
 pub use corner_file::{CornerFile, CornerFrame};
@@ -31,30 +32,28 @@ use super::{
 
 /// Everything that is known after a run, with or without a calibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "read::Flat")]
 pub struct Report {
     /// Version of this program.
     pub version: String,
     /// What was asked for.
     pub settings: Settings,
     /// Why there is no calibration; absent where there is one, and where none was asked for (`detect`).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<Failure>,
     /// The calibration; its fields stand beside the others in the JSON.
     #[serde(flatten)]
     pub solution: Option<Solution>,
     /// Cameras that the pictures were taken by, the calibrated one first.
-    #[serde(default)]
     pub groups: Vec<GroupReport>,
     /// The pictures, in the order in which they were given.
     pub frames: Vec<FrameReport>,
     /// What the user should know.
-    #[serde(default)]
     pub warnings: Vec<Warning>,
     /// Camera models side by side, where one was to be recommended.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub models: Option<calibrate::Comparison>,
     /// Where the time went.
-    #[serde(default)]
     pub timing_ms: Timing,
 }
 
@@ -188,7 +187,7 @@ impl From<&Error> for Failure {
 }
 
 /// The calibrated camera and how far it can be believed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Solution {
     /// The camera: `image_size_px`, `model`, `camera_matrix` and `distortion` in the JSON, and once more as the only item of
     /// `cameras`.
@@ -226,13 +225,13 @@ pub struct Solution {
     /// Whether errors depend on how the board stood; none where there are too few pictures.
     pub trends: Trends,
     /// What the model leaves as a displacement over the picture, and whether that is worth having; only where it was asked for.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_map: Option<ResidualMap>,
     /// Comparison with the true camera, by parameter; empty where it is not known.
-    #[serde(default, with = "wire::by_name", skip_serializing_if = "Vec::is_empty")]
+    #[serde(with = "wire::by_name", skip_serializing_if = "Vec::is_empty")]
     pub truth: Vec<Comparison>,
     /// Distances of the corners from their true places, px, where those are known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub truth_corners: Option<ErrorStats>,
 }
 
@@ -416,16 +415,7 @@ impl Report {
     /// # Errors
     /// [`Error::Format`] with the place and what was expected.
     pub fn from_json(text: &str) -> Result<Self> {
-        let wrong = |e: serde_json::Error| Error::format("straightedge", e.to_string());
-        let mut report: Self = serde_json::from_str(text).map_err(wrong)?;
-        // A flattened option is `None` where one of its fields is wrong: say which.
-        if report.solution.is_none() {
-            let value: serde_json::Value = serde_json::from_str(text).map_err(wrong)?;
-            if value.get("camera_matrix").is_some() {
-                report.solution = Some(serde_json::from_str(text).map_err(wrong)?);
-            }
-        }
-        Ok(report)
+        serde_json::from_str(text).map_err(|e| Error::format("straightedge", e.to_string()))
     }
 
     /// |r| of all used corners, px.

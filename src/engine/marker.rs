@@ -32,6 +32,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     detect::pyramid::{eight_bits, halve, noise},
     image::{Gray, Plane, Sample},
+    order,
 };
 pub use crossings::Crossing;
 use dictionary::{Bits, Dictionary, Identity};
@@ -146,8 +147,7 @@ fn search<T: Sample>(picture: &Plane<T>, gray: &Gray) -> Sighting {
             }
         }
     }
-    let key = |m: &Mark| m.center();
-    marks.sort_by(|a, b| key(a).y.total_cmp(&key(b).y).then(key(a).x.total_cmp(&key(b).x)));
+    order::by(&mut marks, |m| [m.center().y, m.center().x]);
     let crossings = crossings::crossings(picture, &levels, &marks);
     Sighting { marks, crossings }
 }

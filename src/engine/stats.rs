@@ -12,7 +12,7 @@ pub mod trend;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use super::{Error, Result, camera::Camera, pose::Pose, solution::Calibration, target::Target};
+use super::{Error, Result, camera::Camera, order, pose::Pose, solution::Calibration, target::Target};
 pub use chi2::chi2_below;
 pub use indistinct::indistinct;
 pub use trend::{Trend, trend};
@@ -114,7 +114,7 @@ pub fn coverage(points: &[Vector2<f64>], size_px: [u32; 2]) -> Coverage {
 /// Convex hull, without repeated or collinear points (A. Andrew's monotone chain, 1979).
 pub fn convex_hull(points: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
     let mut sorted = points.to_vec();
-    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    order::by(&mut sorted, |p| [p.x, p.y]);
     sorted.dedup();
     if sorted.len() < 3 {
         return sorted;

@@ -182,7 +182,7 @@ impl fmt::Display for BoardSize {
 
 /// The known object: its points in the board frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[serde(tag = "kind", rename_all = "snake_case", try_from = "Wire")]
 pub enum Target {
     /// Inner corners of a checkerboard, `square` apart, corner 0 at the origin.
     Checkerboard {
@@ -207,6 +207,45 @@ pub enum Target {
         /// Radius of a circle in the same unit, as the pictures show it.
         radius: f64,
     },
+}
+
+/// All targets in one, for the reason of [`MarkerBoard`]'s.
+#[derive(Deserialize)]
+struct Wire {
+    kind: String,
+    size: Option<BoardSize>,
+    square: Option<f64>,
+    board: Option<serde_json::Value>,
+    scale: Option<f64>,
+    spacing: Option<f64>,
+    radius: Option<f64>,
+}
+
+impl TryFrom<Wire> for Target {
+    type Error = String;
+
+    fn try_from(wire: Wire) -> std::result::Result<Self, String> {
+        fn need<T>(value: Option<T>, name: &str) -> std::result::Result<T, String> {
+            value.ok_or_else(|| format!("missing field `{name}`"))
+        }
+        let board = || need(wire.board, "board");
+        let wrong = |e: serde_json::Error| e.to_string();
+        Ok(match wire.kind.as_str() {
+            "checkerboard" => {
+                Self::Checkerboard { size: need(wire.size, "size")?, square: need(wire.square, "square")? }
+            }
+            "markers" => Self::Markers {
+                board: serde_json::from_value(board()?).map_err(wrong)?,
+                scale: need(wire.scale, "scale")?,
+            },
+            "circles" => Self::Circles {
+                board: serde_json::from_value(board()?).map_err(wrong)?,
+                spacing: need(wire.spacing, "spacing")?,
+                radius: need(wire.radius, "radius")?,
+            },
+            other => return Err(format!("unknown kind of target `{other}`")),
+        })
+    }
 }
 
 impl Target {

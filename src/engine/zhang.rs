@@ -8,7 +8,7 @@
 
 use nalgebra::{Matrix3, Matrix3x2, Matrix5, Rotation3, SMatrix, SymmetricEigen, Vector3, Vector5};
 
-use super::pose::Pose;
+use super::{order, pose::Pose};
 
 /// What the homographies alone say about the camera.
 #[derive(Clone, Debug)]
@@ -58,7 +58,7 @@ pub fn closed_form(homographies: &[Matrix3<f64>], size_px: [u32; 2], normalise: 
     let f = (num / den).sqrt() * (width + height) / 2.0;
     let eigen = SymmetricEigen::new(system);
     let mut order = [0, 1, 2, 3, 4];
-    order.sort_by(|x, y| eigen.eigenvalues[*y].total_cmp(&eigen.eigenvalues[*x]));
+    order::by(&mut order, |i| [-eigen.eigenvalues[*i]]);
     let largest = eigen.eigenvalues[order[0]].max(f64::MIN_POSITIVE);
     let b = eigen.eigenvectors.column(order[4]);
     ClosedForm {

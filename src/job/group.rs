@@ -11,6 +11,7 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use super::photo::Exif;
+use crate::calib::order;
 
 /// What is known of a frame.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +78,7 @@ pub fn by_camera(frames: &[Candidate<'_>]) -> Vec<Group> {
         groups[at].1.push(i);
     }
     let counted = |g: &[usize]| g.iter().filter(|i| frames[**i].counts).count();
-    groups.sort_by_key(|g| std::cmp::Reverse((counted(&g.1), g.1.len())));
+    order::by(&mut groups, |g| [counted(&g.1), g.1.len()].map(|n| -(n as f64)));
     let keys: Vec<Key> = groups.iter().map(|g| g.0.clone()).collect();
     groups
         .into_iter()

@@ -10,7 +10,7 @@ use crate::{
         style::{Tokens, font, icon},
         widgets::{icon_button, named, text},
     },
-    calib::{observation::FrameId, report::FrameState},
+    calib::{observation::FrameId, order, report::FrameState},
     job::evidence::SET_ASIDE_BY_HAND,
 };
 
@@ -109,12 +109,12 @@ pub fn rows(state: &State) -> Vec<Row> {
     });
     match state.screen.sort {
         Sort::Name => {}
-        Sort::Error => rows.sort_by(|a, b| b.mean.total_cmp(&a.mean)),
-        Sort::Tilt => rows.sort_by(|a, b| b.tilt.total_cmp(&a.tilt)),
-        Sort::Corners => rows.sort_by_key(|r| std::cmp::Reverse(r.corners)),
+        Sort::Error => order::by(&mut rows, |r| [-r.mean]),
+        Sort::Tilt => order::by(&mut rows, |r| [-r.tilt]),
+        Sort::Corners => order::by(&mut rows, |r| [-(r.corners as f64)]),
     }
     // What could not be used stands below what is; what the user sets aside stays where it is under the pointer.
-    rows.sort_by_key(Row::is_aside);
+    order::by(&mut rows, |r| [r.is_aside().into()]);
     rows
 }
 

@@ -5,7 +5,7 @@ mod errors;
 mod lens;
 
 use super::{Facts, Finding, Level, Remedy, Show};
-use crate::calib::solution::Warning;
+use crate::calib::{order, solution::Warning};
 
 /// Answers with a finding where something is to be said.
 type Rule = fn(&Facts<'_>) -> Option<Finding>;
@@ -37,7 +37,7 @@ pub(super) fn all(facts: &Facts<'_>) -> Vec<Finding> {
     let others = facts.report.warnings.iter().filter(|w| !SAID.contains(&w.code.as_str()));
     let mut list: Vec<Finding> =
         RULES.iter().filter_map(|rule| rule(facts)).chain(others.map(as_finding)).collect();
-    list.sort_by_key(|f| std::cmp::Reverse(f.level));
+    order::by(&mut list, |f| [-f64::from(f.level as u8)]);
     list
 }
 

@@ -7,11 +7,13 @@ use std::{
 };
 
 use serde::Deserialize;
+use serde_json::Value;
 
 use super::wire;
 use crate::calib::{
     Error, Result,
     observation::Corner,
+    order,
     target::{BoardSize, Length, Unit},
 };
 
@@ -43,8 +45,9 @@ pub struct CornerFrame {
 struct Wire {
     #[serde(default)]
     settings: WireBoard,
-    #[serde(flatten)]
-    own: WireBoard,
+    board: Option<String>,
+    square: Option<Value>,
+    unit: Option<Unit>,
     image_size_px: Option<[u32; 2]>,
     camera: Option<WireCamera>,
     frames: Vec<WireFrame>,
@@ -53,15 +56,8 @@ struct Wire {
 #[derive(Default, Deserialize)]
 struct WireBoard {
     board: Option<String>,
-    square: Option<WireLength>,
+    square: Option<Value>,
     unit: Option<Unit>,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum WireLength {
-    Number(f64),
-    Text(String),
 }
 
 #[derive(Deserialize)]
@@ -89,9 +85,10 @@ impl CornerFile {
         let wire: Wire = serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|e| {
             wrong(format!("not a corner file ({e}): give what `straightedge detect --json` printed"))
         })?;
-        let board = wire.own.board.as_ref().or(wire.settings.board.as_ref());
+        let own = WireBoard { board: wire.board, square: wire.square, unit: wire.unit };
+        let board = own.board.as_ref().or(wire.settings.board.as_ref());
         let board = board.map(|b| b.parse()).transpose().map_err(|e: Error| wrong(e.to_string()))?;
-        let square = wire.own.length(&wrong)?.or(wire.settings.length(&wrong)?);
+        let square = own.length(&wrong)?.or(wire.settings.length(&wrong)?);
         let size_px = wire.image_size_px.or(wire.camera.and_then(|c| c.size_px));
         let mut names = BTreeSet::new();
         let frames = wire.frames.into_iter().map(|frame| {
@@ -109,8 +106,9 @@ impl WireBoard {
     fn length(&self, wrong: &impl Fn(String) -> Error) -> Result<Option<(f64, Unit)>> {
         let text = match &self.square {
             None => return Ok(None),
-            Some(WireLength::Number(value)) => value.to_string(),
-            Some(WireLength::Text(text)) => text.clone(),
+            Some(Value::String(text)) => text.clone(),
+            // A number; what is neither is refused in its own words.
+            Some(other) => other.to_string(),
         };
         let length: Length = text.parse().map_err(|e: Error| wrong(format!("square: {e}")))?;
         let unit =
@@ -122,7 +120,7 @@ impl WireBoard {
 impl WireFrame {
     fn check(self, size_px: Option<[u32; 2]>) -> std::result::Result<CornerFrame, String> {
         let mut corners = self.corners;
-        corners.sort_by_key(|c| c.index);
+        order::by(&mut corners, |c| [c.index.into()]);
         if let Some(twice) = corners.windows(2).find(|w| w[0].index == w[1].index) {
             return Err(format!("corner {} is given twice: remove one of them", twice[0].index));
         }

@@ -26,32 +26,27 @@ pub(super) mod board {
 /// Corners as `[index, x_px, y_px, sigma_px]`; σ may be missing.
 pub(super) mod corners {
     use nalgebra::Vector2;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+    use serde::{Deserialize, Deserializer, Serializer, de};
 
     use crate::calib::observation::Corner;
 
-    #[derive(Serialize, Deserialize)]
-    #[serde(untagged)]
-    enum Row {
-        Full(u32, f64, f64, f64),
-        Bare(u32, f64, f64),
-    }
-
     pub(in super::super) fn serialize<S: Serializer>(corners: &[Corner], s: S) -> Result<S::Ok, S::Error> {
-        s.collect_seq(corners.iter().map(|c| Row::Full(c.index, c.px.x, c.px.y, c.sigma_px)))
+        s.collect_seq(corners.iter().map(|c| (c.index, c.px.x, c.px.y, c.sigma_px)))
     }
 
     pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec<Corner>, D::Error> {
-        let rows = Vec::<Row>::deserialize(d)
-            .map_err(|_| de::Error::custom("corners must be a list of [index, x_px, y_px, sigma_px]"))?;
-        let corner = |row| {
-            let (index, x, y, sigma_px) = match row {
-                Row::Full(index, x, y, sigma) => (index, x, y, sigma),
-                Row::Bare(index, x, y) => (index, x, y, 0.0),
+        let wrong = || de::Error::custom("corners must be a list of [index, x_px, y_px, sigma_px]");
+        let rows = Vec::<Vec<f64>>::deserialize(d).map_err(|_| wrong())?;
+        let corner = |row: &Vec<f64>| {
+            let (index, x, y, sigma_px) = match row[..] {
+                [index, x, y, sigma] => (index, x, y, sigma),
+                [index, x, y] => (index, x, y, 0.0),
+                _ => return None,
             };
-            Corner { index, px: Vector2::new(x, y), sigma_px }
+            let whole = index >= 0.0 && index <= f64::from(u32::MAX) && index.fract() == 0.0;
+            whole.then_some(Corner { index: index as u32, px: Vector2::new(x, y), sigma_px })
         };
-        Ok(rows.into_iter().map(corner).collect())
+        rows.iter().map(corner).collect::<Option<_>>().ok_or_else(wrong)
     }
 }
 
@@ -92,19 +87,18 @@ pub(super) mod by_name {
 
 /// A camera as fields beside others, and once more as the only item of the list `cameras`.
 pub(super) mod camera {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+    use serde::{Serialize, Serializer};
 
     use crate::calib::{
         camera::{Camera, Model},
         named::Named,
     };
 
-    #[derive(Clone, Serialize, Deserialize)]
+    #[derive(Clone, Serialize)]
     struct One {
         image_size_px: [u32; 2],
         model: Model,
         camera_matrix: Named<f64>,
-        #[serde(default)]
         distortion: Named<f64>,
     }
 
@@ -124,12 +118,5 @@ pub(super) mod camera {
             distortion: named().skip(4).collect(),
         };
         Flat { cameras: [one.clone()], one }.serialize(s)
-    }
-
-    pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Camera, D::Error> {
-        let one = One::deserialize(d)?;
-        let values: Vec<(&str, f64)> =
-            one.camera_matrix.iter().chain(one.distortion.iter()).map(|(n, v)| (n, *v)).collect();
-        Camera::from_named(one.model, one.image_size_px, &values).map_err(de::Error::custom)
     }
 }

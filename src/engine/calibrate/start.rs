@@ -17,6 +17,7 @@ use super::{
 use crate::{
     Error, Result,
     camera::Camera,
+    order,
     refine::{self, Limits, Refined, State, block::Block},
     solution::{ClosedForm, Start, Starts},
     zhang,
@@ -127,7 +128,7 @@ pub(super) fn choose(
         .filter_map(|t| t.1.clone())
         .filter(|(p, cost)| !near(p) && *cost < 2.0 * best.1)
         .collect();
-    rivals.sort_by(|a, b| a.1.total_cmp(&b.1));
+    order::by(&mut rivals, |r| [r.1]);
     Ok(Chosen {
         params: best.0,
         rivals: rivals.into_iter().map(|r| r.0).take(2).collect(),
@@ -260,7 +261,7 @@ fn diverse(views: &[Seen]) -> Vec<usize> {
         }
         next = distance.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |m| m.0);
     }
-    chosen.sort_unstable();
+    order::by(&mut chosen, |i| [*i as f64]);
     chosen
 }
 
@@ -272,7 +273,7 @@ fn thinned(view: &Seen) -> Block {
     }
     let mut chosen: Vec<usize> =
         (0..CORNERS).map(|i| ((i as f64 * 0.618_033_988_749_895).fract() * n as f64) as usize).collect();
-    chosen.sort_unstable();
+    order::by(&mut chosen, |i| [*i as f64]);
     chosen.dedup();
     let board: Vec<_> = chosen.iter().map(|i| view.board[*i]).collect();
     let px: Vec<_> = chosen.iter().map(|i| view.px[*i]).collect();

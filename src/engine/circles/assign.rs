@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use super::{CircleBoard, Grid, GridDot, Kind};
-use crate::{homography, observation::Corner};
+use crate::{homography, observation::Corner, order};
 
 /// A part of a board is used from this many dots on.
 const FEWEST: usize = 12;
@@ -104,9 +104,9 @@ impl Grid {
         let turn = |[c, r]: [i32; 2]| [r, last - c];
         let mut dots: Vec<GridDot> =
             self.dots.iter().map(|d| GridDot { cell: turn(cell(d)).map(|v| v as u32), ..*d }).collect();
-        dots.sort_by_key(|d| (d.cell[1], d.cell[0]));
+        order::by(&mut dots, |d| [d.cell[1], d.cell[0]].map(f64::from));
         let mut blanks: Vec<[i32; 2]> = self.blanks.iter().map(|b| turn(*b)).collect();
-        blanks.sort_unstable_by_key(|[c, r]| (*r, *c));
+        order::by(&mut blanks, |[c, r]| [*r, *c].map(f64::from));
         Self { size: [self.size[1], self.size[0]], dots, blanks, ..*self }.turned(turns % 4 - 1)
     }
 
@@ -212,7 +212,7 @@ impl Grid {
             Some(Corner { index, px: d.px, sigma_px: d.sigma_px })
         };
         let mut corners: Vec<Corner> = self.dots.iter().filter_map(corner).collect();
-        corners.sort_by_key(|c| c.index);
+        order::by(&mut corners, |c| [c.index.into()]);
         corners
     }
 

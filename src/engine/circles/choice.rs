@@ -8,7 +8,7 @@ use super::{
     CircleBoard, Grid, Kind,
     assign::{Conflicts, Placement, cell, extent, turned},
 };
-use crate::target::BoardSize;
+use crate::{order, target::BoardSize};
 
 /// A line at the rim of a board that is thinner than this share of what it should hold is chance: something beside the board.
 const THIN: f64 = 0.3;
@@ -45,7 +45,7 @@ pub fn board_of(grids: &[&Grid]) -> Option<BoardChoice> {
     }
     let (board, (_, seen_whole)) = votes.iter().max_by_key(|(board, (n, _))| (*n, board.len()))?;
     let mut others: Vec<CircleBoard> = closed.iter().copied().filter(|b| b != board).collect();
-    others.sort_unstable();
+    order::by(&mut others, |b| [f64::from(b.kind as u8), b.size.cols.into(), b.size.rows.into()]);
     others.dedup();
     let doubts = if !others.is_empty() {
         let list: Vec<String> = others.iter().map(ToString::to_string).collect();

@@ -17,6 +17,7 @@ use crate::{
         sheet::{Cell, Guess, STEPS, Sheet, add},
     },
     image::{Plane, Sample},
+    order,
 };
 
 /// Share of the spots of a lattice that must stand the fit.
@@ -155,7 +156,7 @@ fn drop_strays(dots: &mut Sheet<Dot>) {
             .filter_map(|(cell, off)| Some((cell, off?)))
             .filter(|(_, off)| *off > 1.0)
             .collect();
-        wrong.sort_by(|a, b| b.1.total_cmp(&a.1));
+        order::by(&mut wrong, |w| [-w.1]);
         // Of wrong ones that see each other only the worst goes at once.
         let mut gone: Vec<Cell> = Vec::new();
         for (cell, _) in wrong {

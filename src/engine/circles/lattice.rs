@@ -9,7 +9,10 @@ use std::collections::VecDeque;
 use nalgebra::Vector2;
 
 use super::{predict::predict, spot::Spot};
-use crate::detect::sheet::{Cell, Guess, STEPS, Sheet, add};
+use crate::{
+    detect::sheet::{Cell, Guess, STEPS, Sheet, add},
+    order,
+};
 
 /// Largest distance of a spot from its predicted place, in cells.
 const OFF: f64 = 0.35;
@@ -41,7 +44,7 @@ impl Field {
     /// Of a picture of `size` px.
     pub(super) fn new(mut spots: Vec<Spot>, size: [usize; 2]) -> Self {
         let strength = |s: &Spot| s.contrast * s.area().sqrt();
-        spots.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
+        order::by(&mut spots, |s| [-strength(s)]);
         spots.truncate(MOST);
         let [columns, rows] = size.map(|s| (s as f64 / BUCKET) as usize + 1);
         let mut buckets = vec![Vec::new(); columns * rows];
@@ -86,7 +89,7 @@ impl Field {
                 found.push(sheet);
             }
         }
-        found.sort_by_key(|s| std::cmp::Reverse(s.len()));
+        order::by(&mut found, |s| [-(s.len() as f64)]);
         found
     }
 
@@ -123,7 +126,7 @@ impl Field {
                 break;
             }
         }
-        around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        order::by(&mut around, |a| [a.0, a.1 as f64]);
         around.truncate(NEAREST);
         for (n, (far_b, b)) in around.iter().enumerate() {
             for (far_a, a) in &around[..n] {
@@ -163,7 +166,7 @@ impl Field {
     /// Whether a lattice leaves out spots like its own in a quarter of its cells: its cells span several of the board.
     fn is_sparse(&self, grown: &Sheet<usize>) -> bool {
         let mut own: Vec<usize> = grown.iter().map(|(_, i)| i).collect();
-        own.sort_unstable();
+        order::by(&mut own, |i| [*i as f64]);
         let (mut cells, mut full) = (0, 0);
         for (cell, i) in grown.iter() {
             let beside = [[1, 0], [0, 1]].map(|d| grown.get(add(cell, d)).map(|j| self.spots[j].px));

@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use super::{Grid, GridCorner};
-use crate::{homography, observation::Corner, target::BoardSize};
+use crate::{homography, observation::Corner, order, target::BoardSize};
 
 /// A part of a board is used from this many corners in 3 × 3.
 const FEWEST: usize = 12;
@@ -57,7 +57,7 @@ pub fn board_of(grids: &[&Grid]) -> Option<BoardChoice> {
     let others: Vec<String> = {
         let mut sizes: Vec<_> =
             grids.iter().filter(closed).map(|g| normal(g.size)).filter(|s| s != size).collect();
-        sizes.sort_unstable();
+        order::by(&mut sizes, |s| [s.cols.into(), s.rows.into()]);
         sizes.dedup();
         sizes.iter().map(ToString::to_string).collect()
     };
@@ -93,7 +93,7 @@ impl Grid {
             .iter()
             .map(|c| GridCorner { cell: [c.cell[1], columns - 1 - c.cell[0]], ..*c })
             .collect();
-        corners.sort_by_key(|c| (c.cell[1], c.cell[0]));
+        order::by(&mut corners, |c| [c.cell[1], c.cell[0]].map(f64::from));
         let quarter = Self {
             size: [rows, columns],
             corners,
@@ -198,7 +198,7 @@ impl Grid {
         let index = |c: &GridCorner| size.index(c.cell[0] + offset[0], c.cell[1] + offset[1]);
         let mut corners: Vec<Corner> =
             self.corners.iter().map(|c| Corner { index: index(c), px: c.px, sigma_px: c.sigma_px }).collect();
-        corners.sort_by_key(|c| c.index);
+        order::by(&mut corners, |c| [c.index.into()]);
         corners
     }
 

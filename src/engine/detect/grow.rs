@@ -13,7 +13,7 @@ use super::{
     saddle::Saddle,
     sheet::{Cell, STEPS, Sheet, add, guess, is_black},
 };
-use crate::image::Plane;
+use crate::{image::Plane, order};
 
 /// Largest sine between an edge and the step to a neighbour: 30°.
 const ALONG: f64 = 0.5;
@@ -58,7 +58,7 @@ impl<'a> Field<'a> {
         let threshold = (8.0 * noise).clamp(24.0, 2000.0) as i16;
         let mut at = peaks(&response, threshold);
         if at.len() > MOST {
-            at.sort_unstable_by_key(|[x, y]| (-response.at(*x, *y), *y, *x));
+            order::by(&mut at, |[x, y]| [-f64::from(response.at(*x, *y)), *y as f64, *x as f64]);
             at.truncate(MOST);
         }
         let weakest = 2.0 * noise + 3.0;
@@ -91,7 +91,7 @@ impl<'a> Field<'a> {
         let n = self.saddles.len();
         let mut order: Vec<usize> = (0..n).collect();
         let strength = |i: &usize| self.saddles[*i].quality * self.saddles[*i].contrast;
-        order.sort_by(|a, b| strength(b).total_cmp(&strength(a)).then(a.cmp(b)));
+        order::by(&mut order, |i| [-f64::from(strength(i))]);
         let mut taken = vec![false; n];
         let mut left = n;
         let mut best: Option<Lattice> = None;

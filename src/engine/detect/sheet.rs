@@ -2,6 +2,8 @@
 
 use nalgebra::Vector2;
 
+use crate::order;
+
 /// `[column, row]`, any sign.
 pub(crate) type Cell = [i32; 2];
 
@@ -133,7 +135,7 @@ impl<T: Copy> Sheet<T> {
             .flat_map(|(cell, _)| STEPS.map(|s| add(cell, s)))
             .filter(|cell| self.get(*cell).is_none())
             .collect();
-        rim.sort_unstable_by_key(|[c, r]| [*r, *c]);
+        order::by(&mut rim, |[c, r]| [*r, *c].map(f64::from));
         rim.dedup();
         rim
     }

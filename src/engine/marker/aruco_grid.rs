@@ -9,7 +9,7 @@ use super::{
     dictionary::Dictionary,
     place::{Nearby, Placed, place},
 };
-use crate::observation::Corner;
+use crate::{observation::Corner, order};
 
 /// A grid of markers, row by row from the upper left. Its index is `4 · position + corner`, the corners clockwise from the upper left.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -71,7 +71,7 @@ pub(super) fn corners_of_marks(
             Some(Corner { index: 4 * m.place as u32 + order[k], px, sigma_px })
         })
         .collect();
-    corners.sort_by_key(|c| c.index);
+    order::by(&mut corners, |c| [c.index.into()]);
     let mut notes = Vec::new();
     if group.elsewhere > 0 {
         notes.push(format!(

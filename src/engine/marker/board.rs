@@ -10,7 +10,7 @@ use crate::observation::Corner;
 /// A board made of markers. Its frame is that of all boards: x along the columns, y along the rows (down, as the board is read),
 /// z = 0; lengths are in the unit of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[serde(tag = "kind", rename_all = "snake_case", try_from = "Wire")]
 pub enum MarkerBoard {
     /// A checkerboard with markers in its white squares.
     Charuco(Charuco),
@@ -18,6 +18,63 @@ pub enum MarkerBoard {
     AprilGrid(AprilGrid),
     /// A plain grid of markers.
     ArucoGrid(ArucoGrid),
+}
+
+/// All boards in one: serde's way to read by `kind` keeps every value twice, and a page would load what does so.
+#[derive(Deserialize)]
+struct Wire {
+    kind: String,
+    columns: u32,
+    rows: u32,
+    dictionary: Dictionary,
+    border: u8,
+    first_id: u32,
+    square: Option<f64>,
+    marker: Option<f64>,
+    tag: Option<f64>,
+    spacing: Option<f64>,
+    gap: Option<f64>,
+    legacy: Option<bool>,
+}
+
+impl TryFrom<Wire> for MarkerBoard {
+    type Error = String;
+
+    fn try_from(wire: Wire) -> Result<Self, String> {
+        let Wire { kind, columns, rows, dictionary, border, first_id, legacy, .. } = wire;
+        let need = |value: Option<f64>, name: &str| value.ok_or_else(|| format!("missing field `{name}`"));
+        Ok(match kind.as_str() {
+            "charuco" => Self::Charuco(Charuco {
+                columns,
+                rows,
+                square: need(wire.square, "square")?,
+                marker: need(wire.marker, "marker")?,
+                dictionary,
+                border,
+                first_id,
+                legacy,
+            }),
+            "april_grid" => Self::AprilGrid(AprilGrid {
+                columns,
+                rows,
+                tag: need(wire.tag, "tag")?,
+                spacing: need(wire.spacing, "spacing")?,
+                dictionary,
+                border,
+                first_id,
+            }),
+            "aruco_grid" => Self::ArucoGrid(ArucoGrid {
+                columns,
+                rows,
+                marker: need(wire.marker, "marker")?,
+                gap: need(wire.gap, "gap")?,
+                dictionary,
+                border,
+                first_id,
+            }),
+            other => return Err(format!("unknown kind of board `{other}`")),
+        })
+    }
 }
 
 /// What a picture shows of a board.

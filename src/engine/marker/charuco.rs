@@ -9,7 +9,7 @@ use super::{
     dictionary::Dictionary,
     place::{Group, Nearby, place},
 };
-use crate::{homography::apply, observation::Corner};
+use crate::{homography::apply, observation::Corner, order};
 
 /// Largest distance of a corner from where the markers around it have it, in squares and in px.
 const OFF: (f64, f64) = (0.16, 1.5);
@@ -168,7 +168,7 @@ impl Charuco {
             .zip(&sighting.crossings)
             .filter_map(|(u, c)| u.map(|(index, _)| Corner { index, px: c.px, sigma_px: c.sigma_px }));
         let mut corners: Vec<Corner> = taken.collect();
-        corners.sort_by_key(|c| c.index);
+        order::by(&mut corners, |c| [c.index.into()]);
         corners
     }
 }

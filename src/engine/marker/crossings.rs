@@ -22,6 +22,7 @@ use crate::{
         strip::Fit,
     },
     image::{Plane, Sample},
+    order,
 };
 
 /// A place where four squares meet, two black and two white.
@@ -122,7 +123,7 @@ pub(super) fn crossings<T: Sample>(
     let found = accepted(&found, &links, &links.fit(picture, &found, true));
     let mut found: Vec<Crossing> =
         found.iter().map(|p| Crossing { px: p.px, sigma_px: p.sigma_px, black: p.black() }).collect();
-    found.sort_by(|a, b| a.px.y.total_cmp(&b.px.y).then(a.px.x.total_cmp(&b.px.x)));
+    order::by(&mut found, |c| [c.px.y, c.px.x]);
     found.dedup_by(|b, a| (a.px - b.px).norm() < 1.0);
     found
 }
@@ -299,7 +300,7 @@ fn between(levels: &[Cow<'_, Plane<u8>>], frames: &[Frame], places: &mut Vec<Pla
     let threshold = (8.0 * noise).clamp(24.0, 2000.0) as i16;
     let mut at = peaks(&strength, threshold);
     if at.len() > MOST {
-        at.sort_unstable_by_key(|[x, y]| (-strength.at(*x, *y), *y, *x));
+        order::by(&mut at, |[x, y]| [-f64::from(strength.at(*x, *y)), *y as f64, *x as f64]);
         at.truncate(MOST);
     }
     let known = places.len();

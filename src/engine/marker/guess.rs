@@ -14,6 +14,7 @@ use super::{
     dictionary::Dictionary,
     outline::square_to,
 };
+use crate::order;
 
 /// Fewest recognised markers, and fewest steps between neighbours.
 const FEWEST: (usize, usize) = (4, 3);
@@ -94,7 +95,7 @@ fn dictionary(sightings: &[Sighting], considered: &mut Vec<String>) -> Option<(D
         }
     }
     let best = best.filter(|b| b.2.len() >= FEWEST.0)?;
-    counts.sort_by_key(|c| std::cmp::Reverse(c.0));
+    order::by(&mut counts, |c| [-(c.0 as f64)]);
     for (n, family, border) in counts.iter().skip(1).take(2).filter(|c| 5 * c.0 >= best.2.len()) {
         considered.push(format!(
             "{family} with a border of {border} names {n} of the marks, {} names {}",

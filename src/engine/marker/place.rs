@@ -7,7 +7,10 @@
 use nalgebra::{Matrix3, Vector2};
 
 use super::{Sighting, board::Layout};
-use crate::homography::{self, apply};
+use crate::{
+    homography::{self, apply},
+    order,
+};
 
 /// A marker of the board as the picture shows it.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +77,7 @@ pub(super) fn place(sighting: &Sighting, layout: &Layout) -> Option<Group> {
             .map(|j| ((center(&nodes[j]) - center(&nodes[i])).norm() / unit, j))
             .filter(|n| n.0 < FARTHEST)
             .collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        order::by(&mut near, |n| [n.0, n.1 as f64]);
         for (distance, j) in near.into_iter().take(NEIGHBOURS) {
             let (a, b) = (root(&group, i), root(&group, j));
             if a != b && agree(&nodes[i], &nodes[j], distance, layout) {
@@ -86,7 +89,7 @@ pub(super) fn place(sighting: &Sighting, layout: &Layout) -> Option<Group> {
     let members = |r: usize| -> Vec<Node> {
         let mut list: Vec<Node> =
             nodes.iter().zip(&roots).filter(|(_, q)| **q == r).map(|(n, _)| *n).collect();
-        list.sort_by_key(|n| (n.placed.place, n.errors));
+        order::by(&mut list, |n| [n.placed.place as f64, n.errors.into()]);
         list.dedup_by_key(|n| n.placed.place);
         list
     };
@@ -219,7 +222,7 @@ impl<'a> Nearby<'a> {
             .map(|(i, c)| ((c - point).norm(), i))
             .filter(|n| n.0 <= reach && !left_out(n.1))
             .collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        order::by(&mut near, |n| [n.0, n.1 as f64]);
         near.truncate(4);
         let (mut board, mut image) = (Vec::new(), Vec::new());
         for (_, i) in near {

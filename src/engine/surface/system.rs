@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Vector2};
 
 use super::{factor, rows::ViewRows};
-use crate::bspline::Patch;
+use crate::{bspline::Patch, order};
 
 /// `Σ w BᵀB − …` and `Σ w Bᵀr − …` over some views; unknown `2 s + k` is coordinate k of the free knot s.
 #[derive(Clone, Debug)]
@@ -23,7 +23,7 @@ impl System {
         let Some(information) = view.pose_information() else { return };
         let mut touched: Vec<usize> =
             view.rows.iter().flat_map(|r| r.patch.parts()).filter_map(|p| slots[p.at]).collect();
-        touched.sort_unstable();
+        order::by(&mut touched, |i| [*i as f64]);
         touched.dedup();
         let place = |slot: usize| touched.binary_search(&slot).ok();
         // Wᵀ = Σ w JᵀB, six rows; then L⁻¹ Wᵀ.

@@ -216,10 +216,7 @@ fn illuminate(light: &mut Plane<f32>, loss: f64, vignette: f64, angle: f64) {
 /// Through a JPEG encoder and back.
 fn jpeg(picture: &Plane<u8>, quality: u8) -> Result<Plane<u8>> {
     use image::{ExtendedColorType, codecs::jpeg::JpegEncoder};
-    use zune_jpeg::{
-        JpegDecoder,
-        zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions},
-    };
+    use zune_jpeg::zune_core::colorspace::ColorSpace;
     let (w, h) = (picture.width(), picture.height());
     let wrong = |e: String| {
         Error::Unsupported(format!("JPEG cannot hold a picture of {w} x {h} px ({e}): leave jpeg out"))
@@ -228,13 +225,7 @@ fn jpeg(picture: &Plane<u8>, quality: u8) -> Result<Plane<u8>> {
     JpegEncoder::new_with_quality(&mut bytes, quality)
         .encode(picture.data(), w as u32, h as u32, ExtendedColorType::L8)
         .map_err(|e| wrong(e.to_string()))?;
-    let options = DecoderOptions::default()
-        .set_max_width(w)
-        .set_max_height(h)
-        .jpeg_set_out_colorspace(ColorSpace::Luma);
-    let back = JpegDecoder::new_with_options(ZCursor::new(bytes), options)
-        .decode()
-        .map_err(|e| wrong(format!("{e:?}")))?;
+    let back = crate::jpeg::decode(bytes, false, ColorSpace::Luma).map_err(|e| wrong(format!("{e:?}")))?;
     Plane::from_vec(w, h, back)
         .ok_or_else(|| Error::Unsupported(format!("JPEG changed the size of a picture of {w} x {h} px")))
 }

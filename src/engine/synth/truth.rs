@@ -30,14 +30,42 @@ pub struct Truth {
 
 /// Truth of one picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "WireFrame", into = "WireFrame")]
 pub struct TruthFrame {
     /// File name of the picture.
     pub file: String,
     /// `camera_from_board`, the board frame at corner 0.
-    #[serde(flatten)]
     pub pose: Pose,
     /// `(index, x, y)` of the corners that lie inside the picture, px.
     pub corners: Vec<(u32, f64, f64)>,
+}
+
+/// With the fields of the pose beside the others.
+#[derive(Serialize, Deserialize)]
+struct WireFrame {
+    file: String,
+    rvec_rad: [f64; 3],
+    tvec: [f64; 3],
+    corners: Vec<(u32, f64, f64)>,
+}
+
+impl From<WireFrame> for TruthFrame {
+    fn from(wire: WireFrame) -> Self {
+        let pose = Pose::from_rvec_tvec(wire.rvec_rad.into(), wire.tvec.into());
+        Self { file: wire.file, pose, corners: wire.corners }
+    }
+}
+
+impl From<TruthFrame> for WireFrame {
+    fn from(frame: TruthFrame) -> Self {
+        let pose = frame.pose;
+        Self {
+            file: frame.file,
+            rvec_rad: pose.rvec().into(),
+            tvec: pose.translation.into(),
+            corners: frame.corners,
+        }
+    }
 }
 
 impl Truth {

@@ -74,13 +74,32 @@ impl Map {
         interpolation: Interpolation,
         rows: Range<usize>,
     ) -> Result<Vec<T>> {
+        // A page does not load a loop for each of the rare kinds.
+        let rare = channels == 2 || (cfg!(target_arch = "wasm32") && size_of::<T>() > 1);
         match channels {
             1 => self.run::<T, 1>(samples, interpolation, rows),
-            2 => self.run::<T, 2>(samples, interpolation, rows),
+            2..=4 if rare => self.one_by_one(samples, channels, interpolation, &rows),
             3 => self.run::<T, 3>(samples, interpolation, rows),
             4 => self.run::<T, 4>(samples, interpolation, rows),
             n => Err(Error::Invalid(format!("a photograph of {n} channels: 1 to 4 are possible"))),
         }
+    }
+
+    /// Channel after channel.
+    fn one_by_one<T: bilinear::Blend>(
+        &self,
+        samples: &[T],
+        channels: usize,
+        interpolation: Interpolation,
+        rows: &Range<usize>,
+    ) -> Result<Vec<T>> {
+        let mut out = vec![T::default(); self.size()[0] * rows.len() * channels];
+        for k in 0..channels {
+            let plane: Vec<T> = samples.iter().skip(k).step_by(channels).copied().collect();
+            let done = self.run::<T, 1>(&plane, interpolation, rows.clone())?;
+            out.iter_mut().skip(k).step_by(channels).zip(done).for_each(|(out, v)| *out = v);
+        }
+        Ok(out)
     }
 
     fn run<T: bilinear::Blend, const C: usize>(

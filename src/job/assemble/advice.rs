@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::calib::{
     detect::{Grid, board_of},
     number::counted,
+    order,
     report::{FrameReport, FrameState, GroupReport},
     solution::Warning,
     target::BoardSize,
@@ -99,7 +100,7 @@ pub(super) fn no_board(frames: &[FrameReport], asked: Option<BoardSize>, grids: 
         *reasons.entry(short(&frame.why)).or_default() += 1;
     }
     let mut reasons: Vec<_> = reasons.into_iter().collect();
-    reasons.sort_by_key(|r| std::cmp::Reverse(r.1));
+    order::by(&mut reasons, |r| [-(r.1 as f64)]);
     let told: Vec<String> = reasons
         .into_iter()
         .take(2)

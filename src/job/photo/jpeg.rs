@@ -1,13 +1,12 @@
 //! JPEG by zune-jpeg, which can leave out the colours.
 
-use zune_jpeg::{
-    JpegDecoder,
-    errors::DecodeErrors,
-    zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions},
-};
+use zune_jpeg::{errors::DecodeErrors, zune_core::colorspace::ColorSpace};
 
 use super::{Colours, Format, check_size, cut_short};
-use crate::calib::image::{Photo, Samples};
+use crate::calib::{
+    image::{Photo, Samples},
+    jpeg,
+};
 
 /// Decodes; the error is the message for the user.
 pub(super) fn decode(
@@ -15,18 +14,12 @@ pub(super) fn decode(
     colours: Colours,
     notes: &mut Vec<String>,
 ) -> std::result::Result<Photo, String> {
-    let options = DecoderOptions::default().set_max_width(usize::MAX).set_max_height(usize::MAX);
-    // A copy costs little beside decoding, and the tiff crate reads vectors too: one decoder less in the program.
-    let reader = || ZCursor::new(bytes.to_vec());
-    let mut probe = JpegDecoder::new_with_options(reader(), options.set_strict_mode(false));
     let complete = has_end(bytes);
     let failed = |e: &DecodeErrors| {
         if complete { damaged(e) } else { cut_short(Format::Jpeg) }
     };
-    probe.decode_headers().map_err(|e| failed(&e))?;
-    let (width, height) = probe.dimensions().ok_or_else(|| cut_short(Format::Jpeg))?;
-    let stored = probe.input_colorspace().unwrap_or(ColorSpace::YCbCr);
-    drop(probe);
+    let header = jpeg::header(bytes.to_vec()).map_err(|e| failed(&e))?;
+    let ([width, height], stored) = header.ok_or_else(|| cut_short(Format::Jpeg))?;
     let (space, channels) = match (stored, colours) {
         (ColorSpace::Luma, _) | (ColorSpace::YCbCr, Colours::Gray) => (ColorSpace::Luma, 1),
         _ => (ColorSpace::RGB, 3),
@@ -35,10 +28,7 @@ pub(super) fn decode(
     if matches!(stored, ColorSpace::CMYK | ColorSpace::YCCK) {
         notes.push("a CMYK picture: its colours were converted to RGB, without colour management".to_owned());
     }
-    let run = |strict: bool| {
-        let options = options.set_strict_mode(strict).jpeg_set_out_colorspace(space);
-        JpegDecoder::new_with_options(reader(), options).decode()
-    };
+    let run = |strict: bool| jpeg::decode(bytes.to_vec(), strict, space);
     // What the strict decoder refuses may still be a whole picture with a flaw: worth a note, not a refusal.
     let samples = match run(true) {
         Ok(samples) => {

@@ -4,12 +4,15 @@ use egui::{Ui, vec2};
 use egui_plot::{HLine, Line, PlotPoints, PlotUi, Points, VLine};
 
 use super::NOTHING;
-use crate::app::{
-    cx::Cx,
-    plots::{self, Axis},
-    state::State,
-    style::Tokens,
-    widgets::{empty, named},
+use crate::{
+    app::{
+        cx::Cx,
+        plots::{self, Axis},
+        state::State,
+        style::Tokens,
+        widgets::{empty, named},
+    },
+    calib::order,
 };
 
 /// Points of all used corners, those of the selected picture apart.
@@ -105,7 +108,7 @@ pub(super) fn cloud(
 
 /// Mean place and height of `n` groups of equally many points, by their place.
 fn rings(mut points: Vec<[f64; 2]>, n: usize) -> Vec<[f64; 2]> {
-    points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    order::by(&mut points, |p| [p[0]]);
     let size = points.len().div_ceil(n).max(1);
     let mean = |c: &[[f64; 2]]| {
         let m = c.len() as f64;

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use super::scene::Scene;
 use crate::{
     app::{screen::Orbit, style::Tokens},
-    calib::observation::FrameId,
+    calib::{observation::FrameId, order},
 };
 
 /// Eye to middle, in radii: far enough that lines stay calm.
@@ -96,10 +96,8 @@ pub(super) fn show(
         .map(|(i, b)| (b.outline.iter().map(|p| eye.see(p).1).sum::<f64>() / b.outline.len() as f64, i))
         .collect();
     // The selected one is drawn last: nothing hides it.
-    things.sort_by(|a, b| {
-        let chosen = |i: usize| selected == Some(scene.boards[i].id);
-        chosen(a.1).cmp(&chosen(b.1)).then(b.0.total_cmp(&a.0))
-    });
+    let chosen = |i: usize| selected == Some(scene.boards[i].id);
+    order::by(&mut things, |(far, i)| [f64::from(chosen(*i)), -far]);
     let mut drawn = Vec::new();
     for (_, i) in things {
         let thing = &scene.boards[i];

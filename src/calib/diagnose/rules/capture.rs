@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::{super::facts::FLAT_DEG, Facts, Finding, Level, Remedy, Show, finding, sentence};
-use crate::calib::number::{counted, significant};
+use crate::calib::{
+    number::{counted, significant},
+    order,
+};
 
 pub(super) fn no_camera(facts: &Facts<'_>) -> Option<Finding> {
     let error = facts.report.error.as_ref()?;
@@ -74,7 +77,7 @@ pub(super) fn set_aside(facts: &Facts<'_>) -> Option<Finding> {
         n => format!("{n} pictures are set aside"),
     };
     let mut list: Vec<(&str, usize)> = reasons.into_iter().collect();
-    list.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+    order::by(&mut list, |(_, n)| [-(*n as f64)]);
     let said: Vec<String> = list
         .iter()
         .take(2)

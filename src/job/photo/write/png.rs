@@ -18,7 +18,7 @@ const KEPT: [&[u8; 4]; 13] = [
 const XMP: &[u8] = b"XML:com.adobe.xmp\0";
 
 pub(super) fn write(original: &[u8], photo: &Photo) -> Written {
-    let coded = encode(photo, |p, out| p.by(PngEncoder::new(out)))?;
+    let coded = encode(photo, |p, out| p.by(PngEncoder::new(out.get_mut())))?;
     let Ok(old) = Png::from_bytes(Bytes::copy_from_slice(original)) else { return Ok(coded) };
     let mut new = Png::from_bytes(Bytes::from(coded)).map_err(|e| e.to_string())?;
     let size_px = [photo.width as u32, photo.height as u32];

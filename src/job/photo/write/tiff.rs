@@ -45,8 +45,9 @@ pub(super) fn write(original: &[u8], photo: &Photo) -> Written {
         Samples::U16(s) => 2 * s.len(),
     };
     let mut out = Cursor::new(Vec::new());
-    // BigTIFF stays BigTIFF.
-    let written = if original.get(2..4).is_some_and(|v| v.contains(&43)) || bytes > CLASSIC {
+    // BigTIFF stays BigTIFF, but in a page, whose memory no large one fits: it need not load the writer.
+    let big = original.get(2..4).is_some_and(|v| v.contains(&43)) || bytes > CLASSIC;
+    let written = if big && cfg!(not(target_arch = "wasm32")) {
         TiffEncoder::<_, TiffKindBig>::new_generic(&mut out).and_then(|t| file(t, photo, &kept))
     } else {
         TiffEncoder::<_, TiffKindStandard>::new_generic(&mut out).and_then(|t| file(t, photo, &kept))
