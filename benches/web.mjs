@@ -12,7 +12,7 @@ const dist = path.join(root, 'dist');
 const native = path.join(root, 'target/release/straightedge');
 const data = path.resolve(process.env.STRAIGHTEDGE_DATA ?? path.join(root, '../shared/data'));
 const SETS = ['opencv_left', 'learning_opencv_phone', 'udacity_lane', 'plantcv_gopro'];
-const RUNS = 3;
+const RUNS = 5;
 
 const lines = [];
 const row = (...cells) => lines.push(`| ${cells.join(' | ')} |`);
