@@ -97,6 +97,7 @@ impl App {
             cc.storage.and_then(|s| serde_json::from_str::<Layout>(&s.get_string(LAYOUT)?).ok())
         {
             self.state.screen.unlocked = layout.unlocked;
+            layout.dress(&cc.egui_ctx);
             self.layout = layout;
         }
     }
@@ -409,6 +410,7 @@ fn notice(cx: &mut Cx<'_>, ui: &egui::Ui) {
 impl eframe::App for App {
     fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
         self.advance();
+        self.layout.note(ctx);
         // A picture that was read or a decision is saved; what is on the screen is not.
         if let Some(pause) = self.home.keep(&self.state, &self.inbox.post) {
             ctx.request_repaint_after(pause);

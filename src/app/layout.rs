@@ -23,6 +23,16 @@ pub struct Layout {
     /// Whether it is shown in place of the fixed zones.
     pub unlocked: bool,
     tree: Tree<Tile>,
+    /// Light, dark, or as the system has it.
+    #[serde(default)]
+    theme: egui::ThemePreference,
+    /// How large everything is.
+    #[serde(default = "as_it_is")]
+    zoom: f32,
+}
+
+fn as_it_is() -> f32 {
+    1.0
 }
 
 impl Default for Layout {
@@ -38,11 +48,27 @@ impl Default for Layout {
         let mut all = Linear::new(LinearDir::Vertical, vec![panes[0], row]);
         all.shares.set_share(panes[0], 1.6);
         let root = tiles.insert_container(Container::Linear(all));
-        Self { unlocked: false, tree: Tree::new(egui::Id::unique("layout"), root, tiles) }
+        Self {
+            unlocked: false,
+            tree: Tree::new(egui::Id::unique("layout"), root, tiles),
+            theme: egui::ThemePreference::default(),
+            zoom: as_it_is(),
+        }
     }
 }
 
 impl Layout {
+    /// Remembers how the context looks: a browser's does not do so itself.
+    pub fn note(&mut self, ctx: &egui::Context) {
+        (self.theme, self.zoom) = (ctx.options(|o| o.theme_preference), ctx.zoom_factor());
+    }
+
+    /// Makes the context look as it did.
+    pub fn dress(&self, ctx: &egui::Context) {
+        ctx.set_theme(self.theme);
+        ctx.set_zoom_factor(self.zoom);
+    }
+
     /// Draws all panels in their places.
     pub fn show(&mut self, cx: &mut Cx<'_>, ui: &mut Ui) {
         self.tree.ui(&mut Draw { cx }, ui);

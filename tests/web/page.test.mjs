@@ -136,7 +136,7 @@ function near(one, other, allowed, at = '') {
 }
 
 inBrowser('a session is there again after a reload, and finds its photographs by their bytes', tall, async b => {
-  const page = await b.open(address('theme=dark'));
+  const page = await b.open(address('theme=light'));
   await page.give('Open folder…', left);
   await solved(page);
   await page.see(node => words(node) === '13 of 13 used', 60000);
@@ -145,10 +145,18 @@ inBrowser('a session is there again after a reload, and finds its photographs by
   await page.click(node => node.role === 'CheckBox' && words(node) === 'Set aside left02');
   await page.see('of 13 used');
   await page.see(node => words(node) === '12 of 13 used', 60000);
+  await page.click('Menu');
+  await page.click('View');
+  await page.click('Dark theme');
   // It is kept a second after the last change.
   await page.page.waitForTimeout(2500);
-  await page.page.reload();
+  // The look is kept too: this browser itself asks for a light one.
+  await page.page.goto(address(''));
   await page.see(node => words(node) === '12 of 13 used', 60000);
+  await page.click('Menu');
+  await page.click('View');
+  await page.see('Light theme');
+  await page.page.keyboard.press('Escape');
   await page.see('13 pictures of the session cannot be found');
   await page.click(node => words(node) === 'Use left02');
   await page.see(node => words(node) === '13 of 13 used', 60000);
