@@ -37,6 +37,9 @@ pub fn page(report: &Report) -> String {
         body += &section("Coverage", &(tables::coverage(solution) + &figures::coverage(report, solution)));
         body += &section("Distortion", &figures::distortion(&solution.camera));
     }
+    if let Some(comparison) = &report.models {
+        body += &section("Camera models", &tables::models(comparison));
+    }
     body += &section("Pictures", &(figures::stance(report) + &tables::pictures(report)));
     if report.groups.len() > 1 {
         body += &section("Cameras", &tables::groups(report));

@@ -188,14 +188,15 @@ fn models(report: &Report) -> String {
     table.row(["", "free", "fit px", "new px", "corner ± px", ""]);
     let px = |v: Option<f64>| v.map_or("-".to_owned(), |v| significant(v, 3));
     for c in &comparison.candidates {
-        let note = match &c.against {
-            _ if c.model == comparison.recommended => "recommended".to_owned(),
-            against if !against.is_empty() => against.clone(),
-            _ if c.unobservable.is_empty() => String::new(),
-            _ => format!("{} not told from zero", c.unobservable.join(", ")),
-        };
         let [fit, new, corner] = [Some(c.rms_px), c.held_out_px, c.worst_corner_px].map(px);
-        table.row([c.model.to_string(), c.free.to_string(), fit, new, corner, note]);
+        table.row([
+            c.model.to_string(),
+            c.free.to_string(),
+            fit,
+            new,
+            corner,
+            c.note(comparison.recommended),
+        ]);
     }
     let head = "\nCamera models: RMS of the fit and in pictures left out of it, 1σ in the worst corner of the picture\n";
     format!("{head}{}{}", table.render(), paragraph(" ", &comparison.why))

@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 
 use super::text::escape;
 use crate::calib::{
+    calibrate::Comparison,
     number::{degrees, percent, significant, with_sigma},
     report::{FrameReport, Report, Solution},
 };
@@ -213,6 +214,26 @@ pub(super) fn groups(report: &Report) -> String {
         );
     }
     out + "</tbody></table>\n"
+}
+
+pub(super) fn models(comparison: &Comparison) -> String {
+    let mut out = "<table><thead><tr><th>model</th><th class=\"n\">free</th><th class=\"n\">fit px</th><th class=\"n\">new pictures px</th>\
+                   <th class=\"n\">worst corner ± px</th><th></th></tr></thead><tbody>\n"
+        .to_owned();
+    let px = |v: Option<f64>| v.map_or("–".to_owned(), |v| significant(v, 3));
+    for c in &comparison.candidates {
+        let [fit, new, corner] = [Some(c.rms_px), c.held_out_px, c.worst_corner_px].map(px);
+        let _ = writeln!(
+            out,
+            "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{fit}</td><td class=\"n\">{new}</td><td class=\"n\">{corner}</td>\
+             <td class=\"why\">{}</td></tr>",
+            escape(c.model.spec().title),
+            c.free,
+            escape(&c.note(comparison.recommended))
+        );
+    }
+    let about = "RMS of the fit to all pictures and in pictures left out of the fit; 1σ of the projection in the worst corner of the picture.";
+    format!("{out}</tbody></table>\n<p class=\"muted\">{about}</p>\n<p>{}</p>\n", escape(&comparison.why))
 }
 
 pub(super) fn covariance(solution: &Solution) -> String {

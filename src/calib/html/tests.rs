@@ -121,6 +121,46 @@ fn the_page_holds_every_number_and_needs_nothing_else() {
 }
 
 #[test]
+fn models_stand_side_by_side() {
+    use crate::calib::{
+        calibrate::{Candidate, Comparison},
+        camera::Model,
+    };
+    let mut report = report();
+    assert!(!page(&report).contains("Camera models"));
+    let candidate = |model, held_out_px, against: &str| Candidate {
+        model,
+        free: 9,
+        rms_px: 0.2,
+        held_out_px,
+        worst_corner_px: Some(1.25),
+        unobservable: vec!["k3".to_owned()],
+        against: against.to_owned(),
+    };
+    report.models = Some(Comparison {
+        candidates: vec![
+            candidate(Model::Pinhole, Some(1.7), ""),
+            candidate(Model::Brown5, Some(0.21), ""),
+            candidate(Model::Rational, None, "folds <inside>"),
+        ],
+        recommended: Model::Brown5,
+        why: "Brown & no other".to_owned(),
+        folds: 10,
+    });
+    let html = page(&report);
+    for words in [
+        "k3 not told from zero",
+        "recommended",
+        "folds &lt;inside&gt;",
+        "<td class=\"n\">–</td>",
+        "Brown &amp; no other",
+    ] {
+        assert!(html.contains(words), "{words}");
+    }
+    assert_eq!(Report::from_json(parts(&html).0).unwrap(), report);
+}
+
+#[test]
 fn names_and_reasons_cannot_leave_their_place() {
     let html = page(&report());
     let (json, rest) = parts(&html);

@@ -75,6 +75,18 @@ pub struct Candidate {
     pub against: String,
 }
 
+impl Candidate {
+    /// What is to be said beside its numbers; `recommended` is the model of [`Comparison::recommended`].
+    pub fn note(&self, recommended: Model) -> String {
+        match &self.against {
+            _ if self.model == recommended => "recommended".to_owned(),
+            against if !against.is_empty() => against.clone(),
+            _ if self.unobservable.is_empty() => String::new(),
+            _ => format!("{} not told from zero", self.unobservable.join(", ")),
+        }
+    }
+}
+
 /// Models side by side.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
