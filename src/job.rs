@@ -257,7 +257,7 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
         }
         Job::Develop { path, to, camera, framing } => {
             let straight = Straightener::new(&camera, &framing, false)?;
-            let (bytes, _) = developed(&path, &straight, &camera, Interpolation::Lanczos)?;
+            let (bytes, _) = developed(&path, &straight, Interpolation::Lanczos)?;
             let Some(to) = to else { return Ok(Output::File(bytes)) };
             store::file(&to, &bytes)?;
             Ok(Output::File(Vec::new()))

@@ -42,7 +42,7 @@ use super::{
 };
 
 pub use destination::Destination;
-pub use mrcal::splined::{read_splined, write_splined};
+pub use mrcal::splined::{is_splined, read_splined, write_splined};
 
 /// Largest camera file that is read, bytes.
 const MAX_BYTES: usize = 512 << 20;

@@ -15,7 +15,7 @@ use nalgebra::Vector2;
 
 use super::{
     Error, Result,
-    camera::Camera,
+    lens::Lens,
     undistort::{Straightener, View},
 };
 
@@ -56,18 +56,18 @@ pub enum Storage {
 /// Makes the maps of a camera.
 #[derive(Clone, Copy, Debug)]
 pub struct Maker<'a> {
-    /// The camera of the photographs.
-    pub camera: &'a Camera,
+    /// The lens of the photographs.
+    pub lens: &'a dyn Lens,
     /// What straightens them.
     pub straight: &'a Straightener,
 }
 
 impl Maker<'_> {
     /// `[width, height]` of a map, px.
-    pub const fn size_px(&self, way: Way) -> [u32; 2] {
+    pub fn size_px(&self, way: Way) -> [u32; 2] {
         match way {
             Way::Undistort => self.straight.view.size_px,
-            Way::Distort => self.camera.size_px,
+            Way::Distort => self.lens.size_px(),
         }
     }
 
@@ -76,7 +76,7 @@ impl Maker<'_> {
         let [width, _] = self.size_px(way);
         let y = f64::from(row);
         let (from, size_px): (&dyn Fn(f64) -> Option<Vector2<f64>>, _) = match way {
-            Way::Undistort => (&|x| self.straight.map.beyond(x, y), self.camera.size_px),
+            Way::Undistort => (&|x| self.straight.map.beyond(x, y), self.lens.size_px()),
             Way::Distort => (&|x| self.straightened(x, y), self.straight.view.size_px),
         };
         (0..width).map(|x| from(f64::from(x)).map_or(NOWHERE, |px| st(&px, size_px))).collect()
@@ -85,7 +85,7 @@ impl Maker<'_> {
     /// Where the straightened picture shows what the photograph shows at (x, y), px.
     fn straightened(&self, x: f64, y: f64) -> Option<Vector2<f64>> {
         let view: &View = &self.straight.view;
-        let ray = self.camera.unproject(&Vector2::new(x, y))?;
+        let ray = self.lens.unproject(&Vector2::new(x, y))?;
         let angle_rad = ray.x.hypot(ray.y).atan2(ray.z);
         let px = view.pixel(&ray).filter(|_| angle_rad <= view.projection.spec().max_angle_rad)?;
         px.iter().all(|v| v.is_finite()).then_some(px)

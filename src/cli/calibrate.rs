@@ -70,6 +70,9 @@ pub(super) struct Args {
     /// having. Where it is, the JSON carries it and `undistort` applies it; where it is not, the array is zero
     #[arg(long, value_name = "FILE.npy", value_parser = outputs::npy)]
     residual_map: Option<PathBuf>,
+    /// Fit a splined camera (mrcal's, a grid of control points) from the solution on, and write it; `undistort` and `stmap` read it
+    #[arg(long, value_name = "FILE.cameramodel", value_parser = outputs::cameramodel)]
+    splined: Option<PathBuf>,
     /// Exit with 1 where a condition holds: 'rms>0.5,uncertainty>1'
     #[arg(long, value_name = "CONDITIONS")]
     fail_if: Option<FailIf>,
@@ -87,7 +90,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         args.paths.iter().chain(named.into_iter().flatten()).map(PathBuf::as_path)
     };
     let results = args.out.iter().map(|o| Path::new(&o.path));
-    for path in results.chain(args.report.as_deref()).chain(args.residual_map.as_deref()) {
+    for path in results
+        .chain([&args.report, &args.residual_map, &args.splined].into_iter().flatten().map(PathBuf::as_path))
+    {
         files::may_write(path, inputs())?;
     }
     let truth = args.truth.as_deref().map(inputs::truth).transpose()?;
@@ -177,11 +182,14 @@ fn answer(args: &Args, found: &Evidence) -> Result<ExitCode> {
         if let Some(path) = &args.residual_map {
             well &= outputs::told(outputs::residual_map(report, path));
         }
+        if let Some(path) = &args.splined {
+            well &= outputs::told(outputs::splined(found, path));
+        }
         for reason in args.fail_if.iter().flat_map(|f| f.reasons(report)) {
             say(&format!("failed: {reason}"));
             well = false;
         }
-    } else if !args.out.is_empty() || args.residual_map.is_some() {
+    } else if !args.out.is_empty() || args.residual_map.is_some() || args.splined.is_some() {
         say("no camera file was written: there is no calibration");
     }
     if let Some(path) = &args.report {

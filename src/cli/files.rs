@@ -4,12 +4,16 @@ use std::{
     fs,
     io::{self, Read as _},
     path::{Path, PathBuf},
+    sync::Arc,
 };
+
+use super::say;
 
 use crate::{
     calib::{
         Error, Result,
         format::{self, CameraFile},
+        lens::Lens,
     },
     job::{
         assemble::Entry,
@@ -26,6 +30,27 @@ const HEAD: u64 = 65536;
 /// [`Error::File`] where it cannot be read, else those of [`format::read_bytes`].
 pub(super) fn camera(path: &Path) -> Result<CameraFile> {
     format::read_bytes(&bytes(path)?, &path.display().to_string())
+}
+
+/// Reads what takes the distortion out of pictures: a camera file of any format, with its residual map, or a splined camera of mrcal.
+/// Says what reading told.
+///
+/// # Errors
+/// Those of [`camera`].
+pub(super) fn lens(path: &Path) -> Result<Arc<dyn Lens>> {
+    let bytes = bytes(path)?;
+    let name = path.display().to_string();
+    if let Ok(text) = std::str::from_utf8(&bytes)
+        && format::is_splined(text)
+    {
+        let splined = format::read_splined(text).map_err(|e| error(path, &e.to_string()))?;
+        return Ok(Arc::new(splined));
+    }
+    let file = format::read_bytes(&bytes, &name)?;
+    for note in &file.notes {
+        say(&format!("note: {note}"));
+    }
+    Ok(file.lens())
 }
 
 /// Reads a text file.

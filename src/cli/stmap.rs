@@ -19,7 +19,7 @@ use crate::{
 /// Write the maps that take the lens out of a picture and put it back, for compositing programs (STMap)
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Camera file of any format
+    /// Camera file of any format; also a splined camera of mrcal
     #[arg(long, value_name = "FILE")]
     camera: PathBuf,
     #[command(flatten)]
@@ -42,11 +42,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             )));
         }
     };
-    let file = files::camera(&args.camera)?;
-    for note in &file.notes {
-        say(&format!("note: {note}"));
-    }
-    let straight = Straightener::new(&file.camera, &args.framed.framing(), false)?;
+    let lens = files::lens(&args.camera)?;
+    let straight = Straightener::new(lens.as_ref(), &args.framed.framing(), false)?;
     for warning in &straight.warnings {
         say(&format!("warning: {}", warning.text));
     }
@@ -54,14 +51,14 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     for path in &paths {
         files::may_write(path, [args.camera.as_path()])?;
     }
-    let maker = Maker { camera: &file.camera, straight: &straight };
+    let maker = Maker { lens: lens.as_ref(), straight: &straight };
     for (way, path) in Way::ALL.into_iter().zip(&paths) {
         let rows: Vec<u32> = (0..maker.size_px(way)[1]).collect();
         let rows = side_by_side(threads(None), &rows, |row| Ok(maker.row(way, *row)), &mut |_| {});
         let rows = rows.into_iter().collect::<Result<Vec<_>>>()?;
         store::write(path, &stmap::file(&rows, storage)?)?;
     }
-    let [w, h] = file.camera.size_px;
+    let [w, h] = lens.size_px();
     let [undistort, distort] = paths.map(|p| p.display().to_string());
     print(&format!(
         "{undistort}, {distort}: {}, {w} x {h} px; red and green are shares of the width from the left and of the height from the bottom\n",

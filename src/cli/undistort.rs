@@ -27,7 +27,7 @@ const CAMERA: &str = "camera";
 pub(super) struct Args {
     #[command(flatten)]
     pictures: Pictures,
-    /// Camera file of any format
+    /// Camera file of any format; also a splined camera of mrcal
     #[arg(long, value_name = "FILE")]
     camera: PathBuf,
     #[command(flatten)]
@@ -48,11 +48,8 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let out = &args.out;
-    let file = files::camera(&args.camera)?;
-    for note in &file.notes {
-        say(&format!("note: {note}"));
-    }
-    let straight = Straightener::new(file.lens().as_ref(), &args.framed.framing(), args.crop)?;
+    let lens = files::lens(&args.camera)?;
+    let straight = Straightener::new(lens.as_ref(), &args.framed.framing(), args.crop)?;
     for warning in &straight.warnings {
         say(&format!("warning: {}", warning.text));
     }
@@ -76,7 +73,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let bar = frames::counter("Undistorting", tasks.len());
     let mut heard = |done| bar.set_position(done as u64);
     let threads = threads(args.threads);
-    let results = straighten::all(&tasks, &straight, &file.camera, args.interpolation, threads, &mut heard);
+    let results = straighten::all(&tasks, &straight, args.interpolation, threads, &mut heard);
     bar.finish_and_clear();
     let mut done = 0;
     for (task, result) in tasks.iter().zip(results) {

@@ -5,7 +5,6 @@ use std::path::Path;
 use super::photo::{self, Colours};
 use crate::calib::{
     Error, Result,
-    camera::Camera,
     undistort::{Interpolation, Straightener},
 };
 
@@ -16,14 +15,13 @@ use crate::calib::{
 pub fn developed(
     path: &Path,
     straight: &Straightener,
-    camera: &Camera,
     interpolation: Interpolation,
 ) -> Result<(Vec<u8>, Vec<String>)> {
     let name = path.display().to_string();
     let original = photo::bytes(path)?;
     let picture = photo::decode(&name, &original, Colours::Keep)?;
-    let [w, h] = camera.size_px;
-    if [picture.photo.width, picture.photo.height] != [w as usize, h as usize] {
+    let [w, h] = straight.map.source_size();
+    if [picture.photo.width, picture.photo.height] != [w, h] {
         return Err(Error::Picture {
             file: name,
             message: format!(

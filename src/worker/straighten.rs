@@ -10,7 +10,6 @@ use super::side_by_side;
 use crate::{
     calib::{
         Error, Result,
-        camera::Camera,
         undistort::{Interpolation, Straightener},
     },
     job::{develop::developed, store},
@@ -28,22 +27,16 @@ pub struct Task {
 pub fn all(
     tasks: &[Task],
     straight: &Straightener,
-    camera: &Camera,
     interpolation: Interpolation,
     threads: usize,
     heard: &mut dyn FnMut(usize),
 ) -> Vec<Result<Vec<String>>> {
-    side_by_side(threads, tasks, |task| one(task, straight, camera, interpolation), heard)
+    side_by_side(threads, tasks, |task| one(task, straight, interpolation), heard)
 }
 
 /// Straightens and writes one photograph; answers what reading it told.
-fn one(
-    task: &Task,
-    straight: &Straightener,
-    camera: &Camera,
-    interpolation: Interpolation,
-) -> Result<Vec<String>> {
-    let (bytes, notes) = developed(&task.from, straight, camera, interpolation)?;
+fn one(task: &Task, straight: &Straightener, interpolation: Interpolation) -> Result<Vec<String>> {
+    let (bytes, notes) = developed(&task.from, straight, interpolation)?;
     store::file(&task.to, &bytes)?;
     Ok(notes)
 }

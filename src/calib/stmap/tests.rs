@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::calib::{
-    camera::Model,
+    camera::{Camera, Model},
     undistort::{Framing, Projection},
 };
 
@@ -24,7 +24,7 @@ fn px([s, t]: [f32; 2], [w, h]: [u32; 2]) -> Vector2<f64> {
 fn pixel_centres_are_half_a_pixel_in_and_t_counts_from_the_bottom() {
     let camera = Camera::new(Model::Pinhole, [4, 2], vec![5.0, 5.0, 1.5, 0.5]).unwrap();
     let straight = Straightener::new(&camera, &Framing::flat(0.0), false).unwrap();
-    let maker = Maker { camera: &camera, straight: &straight };
+    let maker = Maker { lens: &camera, straight: &straight };
     for way in Way::ALL {
         let rows = rows(&maker, way);
         for (v, t) in [(0, 0.75), (1, 0.25)] {
@@ -42,7 +42,7 @@ fn the_maps_are_the_lens_and_its_inverse() {
     for projection in [Projection::Perspective, Projection::Stereographic] {
         let framing = Framing { projection, alpha: 0.5, fov_rad: None };
         let straight = Straightener::new(&camera, &framing, false).unwrap();
-        let maker = Maker { camera: &camera, straight: &straight };
+        let maker = Maker { lens: &camera, straight: &straight };
         let size = camera.size_px;
         let there = rows(&maker, Way::Undistort);
         for (v, row) in there.iter().enumerate() {
@@ -76,7 +76,7 @@ fn what_comes_from_nowhere_is_marked() {
     let params = vec![30.0, 30.0, 63.5, 47.5, 0.0, 0.0, 0.0, 0.0];
     let camera = Camera::new(Model::Kb4, [128, 96], params).unwrap();
     let straight = Straightener::new(&camera, &Framing::flat(1.0), false).unwrap();
-    let maker = Maker { camera: &camera, straight: &straight };
+    let maker = Maker { lens: &camera, straight: &straight };
     let distort = rows(&maker, Way::Distort);
     assert_eq!((distort[0][0], distort[95][127]), (NOWHERE, NOWHERE));
     assert!(distort[48][64].iter().all(|v| (0.4..0.6).contains(v)));

@@ -1,17 +1,21 @@
 //! The files that `calibrate` writes: each by itself, so that one that fails does not cost the others.
 
-use std::path::{Path, PathBuf};
+use std::{
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+};
 
-use crate::job::store;
 use crate::{
     calib::{
         Error, Result,
         format::{self, Destination, Evidence, Export},
         html, npy,
-        number::within_px,
+        number::{significant, within_px},
         report::Report,
+        splined::{self, Layout},
     },
     cli::say,
+    job::{self, store},
 };
 
 /// Writes a camera file; answers what to say about it.
@@ -46,11 +50,54 @@ pub(super) fn page(report: &Report, path: &Path) -> Result<String> {
 /// # Errors
 /// [`Error::Invalid`] for another extension.
 pub(super) fn npy(text: &str) -> Result<PathBuf> {
+    named(text, "a NumPy array", "npy")
+}
+
+/// Reads the name of a file of mrcal.
+///
+/// # Errors
+/// [`Error::Invalid`] for another extension.
+pub(super) fn cameramodel(text: &str) -> Result<PathBuf> {
+    named(text, "a camera of mrcal", "cameramodel")
+}
+
+fn named(text: &str, what: &str, extension: &str) -> Result<PathBuf> {
     let path = PathBuf::from(text);
     match path.extension() {
-        Some(extension) if extension.eq_ignore_ascii_case("npy") => Ok(path),
-        _ => Err(Error::Invalid(format!("\"{text}\" is not a name for a NumPy array: let it end with .npy"))),
+        Some(given) if given.eq_ignore_ascii_case(extension) => Ok(path),
+        _ => {
+            Err(Error::Invalid(format!("\"{text}\" is not a name for {what}: let it end with .{extension}")))
+        }
     }
+}
+
+/// Control points of a splined camera from the left to the right of the picture.
+const COLUMNS: usize = 20;
+
+/// Fits a splined camera and writes it.
+pub(super) fn splined(found: &job::evidence::Evidence, path: &Path) -> Result<String> {
+    let (Some(calibration), Some(target)) = (&found.calibration, found.report.settings.target()) else {
+        return Err(Error::Invalid("there is no calibration to start a splined camera from".to_owned()));
+    };
+    let layout = Layout::covering(&calibration.camera, COLUMNS)?;
+    let fitted = splined::fit(calibration, &target, layout, &mut || ControlFlow::Continue(()))?;
+    store::write(path, format::write_splined(&fitted.camera).as_bytes())?;
+    let [columns, rows] = layout.knots;
+    let mut said = format!(
+        "wrote {} (splined, {columns} x {rows} control points: RMS {} px, {} as {}; the data hold {:.0} % of the picture)",
+        path.display(),
+        significant(fitted.rms_px, 3),
+        significant(calibration.rms_px, 3),
+        calibration.camera.spec().title,
+        100.0 * fitted.camera.supported_fraction()
+    );
+    if !fitted.converged {
+        said += "\n  it did not come to rest: do not rely on it";
+    }
+    if fitted.camera.folds() {
+        said += "\n  it turns back on itself inside the picture: do not rely on it there";
+    }
+    Ok(said)
 }
 
 /// Writes the residual map as an array.

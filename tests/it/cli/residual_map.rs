@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use serde_json::{Value, json};
 use straightedge::calib::{
     format,
@@ -119,6 +119,64 @@ fn what_the_model_leaves_is_found_written_and_applied() {
         ran(at, &args, 0)["frames"][0]["rms_px"].as_f64().unwrap()
     };
     assert!((rms("c.json") - rms("c.yaml")).abs() > 1e-3, "{} {}", rms("c.json"), rms("c.yaml"));
+}
+
+#[test]
+fn a_splined_camera_holds_what_the_model_leaves() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let scene = corners(at, true);
+    let args = ["calibrate", "--corners", "corners.json", "--splined", "lens.cameramodel", "--out", "c.json"];
+    let done = run(at, &args);
+    assert!(done.status.success(), "{}", stderr(&done));
+    assert!(stderr(&done).contains("wrote lens.cameramodel (splined, 20 x "), "{}", stderr(&done));
+
+    // Away from the rim it is nearer to what was seen than the model: by the angle of the bump between two rays.
+    let text = fs::read_to_string(at.join("lens.cameramodel")).unwrap();
+    let splined = format::read_splined(&text).unwrap();
+    let model = format::read(&fs::read_to_string(at.join("c.json")).unwrap(), "c.json").unwrap().camera;
+    let (mut of_splined, mut of_model, mut n) = (0.0, 0.0, 0);
+    for view in 0..10 {
+        let seen: Vec<Vector2<f64>> = scene.corners_px(view).into_iter().flatten().collect();
+        for (a, b) in seen.iter().zip(&seen[1..]) {
+            let inside = |p: &Vector2<f64>| (60.0..740.0).contains(&p.x) && (60.0..540.0).contains(&p.y);
+            if !inside(a) || !inside(b) {
+                continue;
+            }
+            let angle = |ray: &dyn Fn(&Vector2<f64>) -> Vector3<f64>, moved: bool| {
+                let at = |p: &Vector2<f64>| {
+                    let d = if moved { Vector2::from(bump(p.x, p.y)) } else { Vector2::zeros() };
+                    ray(&(p + d))
+                };
+                at(a).angle(&at(b))
+            };
+            let truth = angle(&|p| scene.camera.unproject(p).unwrap(), false);
+            of_splined += (angle(&|p| splined.unproject(p).unwrap(), true) - truth).powi(2);
+            of_model += (angle(&|p| model.unproject(p).unwrap(), true) - truth).powi(2);
+            n += 1;
+        }
+    }
+    assert!(n > 300 && of_splined < 0.25 * of_model, "{n}: {of_splined:e} {of_model:e}");
+
+    // Photographs and maps go through it.
+    fs::create_dir(at.join("photos")).unwrap();
+    let png = synth::png(&synth::render(&scene, 0).unwrap(), false).unwrap();
+    fs::write(at.join("photos/a.png"), png).unwrap();
+    let done = run(at, &["undistort", "photos", "--camera", "lens.cameramodel", "--out", "flat"]);
+    assert!(done.status.success(), "{}", stderr(&done));
+    let read = |name: &str| photo::read(&at.join(name), Colours::Keep).unwrap().photo;
+    let flat =
+        straighten(&read("photos/a.png"), &splined, &Framing::flat(0.0), false, Interpolation::Lanczos);
+    assert_eq!(read("flat/a.png"), flat.unwrap());
+    let done = run(at, &["stmap", "--camera", "lens.cameramodel", "--out", "map.exr"]);
+    assert!(done.status.success() && at.join("map_undistort.exr").is_file(), "{}", stderr(&done));
+
+    // What cannot be: another extension, and a file that is cut short.
+    let done = run(at, &["calibrate", "--corners", "corners.json", "--splined", "lens.yaml"]);
+    assert!(stderr(&done).contains("let it end with .cameramodel"), "{}", stderr(&done));
+    fs::write(at.join("cut.cameramodel"), &text[..text.len() / 2]).unwrap();
+    let done = run(at, &["undistort", "photos", "--camera", "cut.cameramodel", "--out", "no"]);
+    assert!(!done.status.success() && stderr(&done).contains("cut.cameramodel"), "{}", stderr(&done));
 }
 
 #[test]

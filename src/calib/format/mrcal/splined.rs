@@ -22,6 +22,11 @@ pub fn write_splined(camera: &Splined) -> String {
     text_of(&model, core.iter().chain(camera.surface().iter().flatten()), camera.size_px())
 }
 
+/// Whether a text is a `.cameramodel` of a splined camera.
+pub fn is_splined(text: &str) -> bool {
+    literal(text).is_ok_and(|root| root.text_at("lensmodel").is_some_and(|model| model.starts_with(NAME)))
+}
+
 /// Reads a `.cameramodel` that holds a splined camera.
 ///
 /// # Errors
