@@ -8,7 +8,6 @@ use std::{
 };
 
 use super::say;
-
 use crate::{
     calib::{
         Error, Result,

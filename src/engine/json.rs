@@ -2,6 +2,14 @@
 
 use serde::Serialize;
 
+/// What a field holds, or the sentence that it is missing: for records that are read as the sum of several.
+///
+/// # Errors
+/// The sentence.
+pub fn need<T>(value: Option<T>, name: &str) -> Result<T, String> {
+    value.ok_or_else(|| format!("missing field `{name}`"))
+}
+
 /// A value as an indented JSON text with a newline at its end.
 ///
 /// It is written close together and then set out from its parts: otherwise every type that a file holds would be in the page's

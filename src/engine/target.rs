@@ -7,6 +7,7 @@ use std::{fmt, str::FromStr};
 use super::{
     Error, Result,
     circles::{CircleBoard, Kind},
+    json::need,
     marker::board::MarkerBoard,
 };
 
@@ -225,9 +226,6 @@ impl TryFrom<Wire> for Target {
     type Error = String;
 
     fn try_from(wire: Wire) -> std::result::Result<Self, String> {
-        fn need<T>(value: Option<T>, name: &str) -> std::result::Result<T, String> {
-            value.ok_or_else(|| format!("missing field `{name}`"))
-        }
         let board = || need(wire.board, "board");
         let wrong = |e: serde_json::Error| e.to_string();
         Ok(match wire.kind.as_str() {

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use super::{
     Camera, ClosedForm, Comparison, Coverage, ErrorStats, Failure, FrameReport, GroupReport, Iteration,
     Model, Named, Report, ResidualMap, Settings, Solution, Starts, Termination, Timing, Trends, Uncertainty,
-    Warning, calibrate, wire,
+    Warning, calibrate, json, wire,
 };
 
 #[derive(Deserialize)]
@@ -76,10 +76,10 @@ impl TryFrom<Flat> for Report {
     }
 }
 
-/// What a field holds, or the sentence that it is missing.
+/// [`json::need`] by the name of the field.
 macro_rules! need {
     ($flat:ident.$field:ident) => {
-        $flat.$field.take().ok_or_else(|| concat!("missing field `", stringify!($field), "`").to_owned())?
+        json::need($flat.$field.take(), stringify!($field))?
     };
 }
 

@@ -27,6 +27,7 @@ pub(super) mod board {
 pub(super) mod corners {
     use nalgebra::Vector2;
     use serde::{Deserialize, Deserializer, Serializer, de};
+    use serde_json::Number;
 
     use crate::calib::observation::Corner;
 
@@ -36,15 +37,15 @@ pub(super) mod corners {
 
     pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec<Corner>, D::Error> {
         let wrong = || de::Error::custom("corners must be a list of [index, x_px, y_px, sigma_px]");
-        let rows = Vec::<Vec<f64>>::deserialize(d).map_err(|_| wrong())?;
-        let corner = |row: &Vec<f64>| {
-            let (index, x, y, sigma_px) = match row[..] {
-                [index, x, y, sigma] => (index, x, y, sigma),
+        let rows = Vec::<Vec<Number>>::deserialize(d).map_err(|_| wrong())?;
+        let corner = |row: &Vec<Number>| {
+            let (index, x, y, sigma_px) = match &row[..] {
+                [index, x, y, sigma] => (index, x, y, sigma.as_f64()?),
                 [index, x, y] => (index, x, y, 0.0),
                 _ => return None,
             };
-            let whole = index >= 0.0 && index <= f64::from(u32::MAX) && index.fract() == 0.0;
-            whole.then_some(Corner { index: index as u32, px: Vector2::new(x, y), sigma_px })
+            let index = u32::try_from(index.as_u64()?).ok()?;
+            Some(Corner { index, px: Vector2::new(x.as_f64()?, y.as_f64()?), sigma_px })
         };
         rows.iter().map(corner).collect::<Option<_>>().ok_or_else(wrong)
     }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Sighting, dictionary::Dictionary};
 pub use super::{aprilgrid::AprilGrid, aruco_grid::ArucoGrid, charuco::Charuco};
-use crate::observation::Corner;
+use crate::{json::need, observation::Corner};
 
 /// A board made of markers. Its frame is that of all boards: x along the columns, y along the rows (down, as the board is read),
 /// z = 0; lengths are in the unit of the board.
@@ -42,7 +42,6 @@ impl TryFrom<Wire> for MarkerBoard {
 
     fn try_from(wire: Wire) -> Result<Self, String> {
         let Wire { kind, columns, rows, dictionary, border, first_id, legacy, .. } = wire;
-        let need = |value: Option<f64>, name: &str| value.ok_or_else(|| format!("missing field `{name}`"));
         Ok(match kind.as_str() {
             "charuco" => Self::Charuco(Charuco {
                 columns,
