@@ -74,6 +74,8 @@ pub struct App {
     inbox: Inbox,
     /// The revision that was planned for.
     planned: Option<u64>,
+    /// Whether the view with pictures has been drawn since they were opened.
+    shown: bool,
     home: Home,
     /// Where panels are, once that is the user's choice.
     layout: Layout,
@@ -116,6 +118,7 @@ impl App {
             textures: Textures::default(),
             inbox: Inbox::new(ctx),
             planned: None,
+            shown: false,
             home: Home::new(home),
             layout: Layout::default(),
             opened: None,
@@ -140,7 +143,16 @@ impl App {
                 self.finished(reply);
             }
         }
-        if self.planned != Some(self.state.revision) {
+        self.catch_up();
+        #[cfg(target_arch = "wasm32")]
+        web::waiting(self.state.waiting());
+    }
+
+    /// Plans for what has changed. On a page work begins once the pictures have been drawn: their first frame and the first jobs would
+    /// otherwise share the same processors, and hold the page up.
+    fn catch_up(&mut self) {
+        let first = !self.shown && !self.state.doc.frames.is_empty();
+        if self.planned != Some(self.state.revision) && !(first && cfg!(target_arch = "wasm32")) {
             self.planned = Some(self.state.revision);
             self.plan();
         }
@@ -296,10 +308,10 @@ impl App {
         }
         if self.planned != Some(self.state.revision) {
             // What was asked for just now starts now, not at the next move of the mouse.
-            self.planned = Some(self.state.revision);
-            self.plan();
+            self.catch_up();
             ui.request_repaint();
         }
+        self.shown = !self.state.doc.frames.is_empty();
     }
 }
 
@@ -326,7 +338,11 @@ fn desk(cx: &mut Cx<'_>, ui: &mut egui::Ui, layout: &mut Layout) {
         .default_size(by_width([288.0, 304.0, 348.0]))
         .size_range(260.0..=420.0)
         .frame(bar(Margin::symmetric(14, 12)))
-        .show(ui, |ui| zones::answer::show(cx, ui));
+        .show(ui, |ui| {
+            if cx.its_turn(ui, "answer") {
+                zones::answer::show(cx, ui);
+            }
+        });
     if !cx.state.screen.unlocked {
         Panel::bottom("tiles")
             .exact_size(if tall { 244.0 } else { 198.0 })

@@ -7,7 +7,8 @@ const SIMD = [0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 1
 function missing() {
   if (typeof WebAssembly !== 'object') return 'Straightedge needs WebAssembly, and this browser has none or it is switched off. Open it in a current Firefox, Chrome, Edge or Safari.';
   if (!WebAssembly.validate(new Uint8Array(SIMD))) return 'This browser is too old for Straightedge (it has no WebAssembly SIMD). Open it in a current Firefox, Chrome, Edge or Safari.';
-  if (!document.createElement('canvas').getContext('webgl2')) return 'Straightedge draws with WebGL 2, and this browser has none or it is switched off. Switch on hardware acceleration in its settings, or use another browser.';
+  // The program gets this same context. It smooths its edges itself and draws flat: several samples a pixel and depth would be for nothing.
+  if (!document.getElementById('app').getContext('webgl2', { antialias: false, depth: false })) return 'Straightedge draws with WebGL 2, and this browser has none or it is switched off. Switch on hardware acceleration in its settings, or use another browser.';
 }
 
 async function program() {

@@ -1,5 +1,7 @@
 //! What a panel gets: the state to read, and where its actions go.
 
+use std::time::Duration;
+
 use super::{
     action::{Action, Command},
     screen::Screen,
@@ -28,6 +30,32 @@ impl<'a> Cx<'a> {
     /// For one frame.
     pub fn new(state: &'a State, t: &'static Tokens, textures: &'a mut Textures) -> Self {
         Self { state, t, textures, actions: Vec::new(), screen: None, doc: None }
+    }
+
+    /// Whether `part` of the window is drawn in this frame. A page compiles what it has never drawn while it draws it: without a camera
+    /// and with one, parts come up one in a frame, so that no frame holds the page up; the
+    /// browser has the time in between to show what is drawn.
+    pub fn its_turn(&self, ui: &egui::Ui, part: &'static str) -> bool {
+        if !cfg!(target_arch = "wasm32") {
+            return true;
+        }
+        let solved = self.state.data.solved().is_some();
+        let pass = ui.ctx().cumulative_pass_nr();
+        let turn = ui.data_mut(|d| {
+            let (drawn, last): &mut (Vec<&'static str>, u64) =
+                d.get_temp_mut_or_default(egui::Id::unique(("first frames", solved)));
+            let new = !drawn.contains(&part);
+            if new && *last != pass {
+                drawn.push(part);
+                *last = pass;
+                return true;
+            }
+            !new
+        });
+        if !turn {
+            ui.ctx().request_repaint_after(Duration::from_millis(40));
+        }
+        turn
     }
 
     /// Reports something.

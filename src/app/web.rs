@@ -2,15 +2,20 @@
 
 mod seen;
 
+use std::{
+    cell::{Cell, RefCell},
+    time::Duration,
+};
+
 use wasm_bindgen::{JsCast as _, JsValue, prelude::wasm_bindgen};
 use web_sys::{HtmlCanvasElement, UrlSearchParams};
 
 use super::{
-    App,
+    App, Cx, Layout, State, Textures, Tokens,
     action::{Action, demo},
-    home,
+    desk, home,
     panels::PANELS,
-    style::font,
+    style::{self, font},
 };
 
 #[wasm_bindgen(module = "/web/page.js")]
@@ -21,8 +26,8 @@ extern "C" {
     fn broken(why: &str);
 }
 
-/// Takes the loading page away once there is something to see. Then draws the letters of the other pages ahead, a font in each frame:
-/// all of them at once, with the first pictures, would hold the page up for a tenth of a second.
+/// Takes the loading page away once there is something to see. Then draws ahead what comes with the first pictures, a piece in each
+/// frame: all of it at once would hold the page up for a tenth of a second.
 #[derive(Default)]
 struct FirstFrames(usize);
 
@@ -38,9 +43,43 @@ impl egui::Plugin for FirstFrames {
         if let Some(font) = font::COMMON.get(self.0) {
             let letters: String = (' '..='~').collect();
             ctx.fonts_mut(|f| f.layout_no_wrap(letters, font(), egui::Color32::WHITE));
-            self.0 += 1;
-            ctx.request_repaint();
+        } else if self.0 < font::COMMON.len() + REHEARSED {
+            REHEARSAL.with_borrow_mut(|r| r.get_or_insert_with(Rehearsal::new).frame());
+        } else {
+            REHEARSAL.set(None);
+            return;
         }
+        self.0 += 1;
+        ctx.request_repaint();
+    }
+}
+
+/// Frames in which every part of the window has had its turn.
+const REHEARSED: usize = 7;
+
+/// The window with pictures, drawn where nobody sees it: a browser compiles what is drawn for the first time.
+struct Rehearsal {
+    ctx: egui::Context,
+    state: State,
+    textures: Textures,
+    layout: Layout,
+}
+
+impl Rehearsal {
+    fn new() -> Self {
+        let ctx = egui::Context::default();
+        style::install(&ctx);
+        let mut state = State::default();
+        state.apply(Action::Open(demo()));
+        Self { ctx, state, textures: Textures::default(), layout: Layout::default() }
+    }
+
+    fn frame(&mut self) {
+        let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(1280.0, 800.0));
+        let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
+        let _ = self.ctx.run_ui(input, |ui| {
+            desk(&mut Cx::new(&self.state, Tokens::of(ui), &mut self.textures), ui, &mut self.layout);
+        });
     }
 }
 
@@ -83,12 +122,22 @@ impl Wishes {
 }
 
 thread_local! {
+    static REHEARSAL: RefCell<Option<Rehearsal>> = const { RefCell::new(None) };
+    static WAITING: Cell<usize> = const { Cell::new(0) };
     static RUNNER: eframe::WebRunner = eframe::WebRunner::new();
+}
+
+/// Time between frames that only show more of many pictures: drawing without a graphics card takes the processors that the work needs.
+const PACE: Duration = Duration::from_millis(100);
+
+/// Tells how many pictures are still being read.
+pub(super) fn waiting(pictures: usize) {
+    WAITING.set(pictures);
 }
 
 /// A worker has said something. A page that is not looked at draws no frames: there it is heard at once, so that work goes on.
 pub(super) fn wake(ctx: &egui::Context) {
-    ctx.request_repaint();
+    ctx.request_repaint_after(if WAITING.get() > 1 { PACE } else { Duration::ZERO });
     if web_sys::window().and_then(|w| w.document()).is_some_and(|d| d.hidden()) {
         let runner = RUNNER.with(Clone::clone);
         wasm_bindgen_futures::spawn_local(async move {

@@ -67,5 +67,7 @@ fn tile(cx: &mut Cx<'_>, ui: &mut Ui, panel: &crate::app::panels::Panel, rect: R
     let body = Rect::from_min_max(body.min + vec2(0.0, 2.0), body.max - vec2(0.0, 8.0));
     let mut child = ui.new_child(egui::UiBuilder::new().id_salt(panel.title).max_rect(body));
     child.set_clip_rect(rect);
-    (panel.small)(cx, &mut child);
+    if cx.its_turn(ui, panel.title) {
+        (panel.small)(cx, &mut child);
+    }
 }
