@@ -336,11 +336,14 @@ fn desk(cx: &mut Cx<'_>, ui: &mut egui::Ui, layout: &mut Layout) {
         .show(ui, |ui| zones::strip::show(cx, ui));
     Panel::right("answer")
         .default_size(by_width([288.0, 304.0, 348.0]))
-        .size_range(260.0..=420.0)
+        .size_range(288.0..=420.0)
         .frame(bar(Margin::symmetric(14, 12)))
         .show(ui, |ui| {
             if cx.its_turn(ui, "answer") {
                 zones::answer::show(cx, ui);
+            } else {
+                // A panel is as large as what is in it.
+                ui.take_available_space();
             }
         });
     if !cx.state.screen.unlocked {
