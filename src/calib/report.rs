@@ -19,6 +19,7 @@ use super::{
     camera::{Camera, Model},
     detect::Refinement,
     figure::Bar,
+    influence::Influence,
     json,
     named::Named,
     observation::Corner,
@@ -341,6 +342,9 @@ pub struct FrameReport {
     pub roll_rad: Option<f64>,
     /// Distance of the middle of the board from the camera.
     pub distance: Option<f64>,
+    /// What leaving the picture out would do; absent where that was not asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub influence: Option<Influence>,
 }
 
 impl FrameReport {
@@ -367,6 +371,7 @@ impl FrameReport {
             tilt_rad: None,
             roll_rad: None,
             distance: None,
+            influence: None,
         }
     }
 

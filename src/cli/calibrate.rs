@@ -24,7 +24,7 @@ use crate::{
         format::Destination,
     },
     job::{
-        evidence::{Case, Evidence, compared, evidence},
+        evidence::{Case, Evidence, compared, evidence, with_influence},
         ms_since,
     },
 };
@@ -137,6 +137,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if args.model.0.is_none() && found.calibration.is_some() {
         recommended(&mut case, &mut found)?;
     }
+    with_influence(&mut found, &mut |_| ControlFlow::Continue(()))?;
     if let Some(error) = files::none_found(&case.entries, &args.paths) {
         found.report.failed(&error);
     }

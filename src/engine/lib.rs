@@ -30,6 +30,7 @@ pub mod detect;
 pub mod error;
 pub mod homography;
 pub mod image;
+pub mod influence;
 pub mod jpeg;
 pub mod json;
 pub mod lens;

@@ -81,15 +81,9 @@ impl Uncertainty {
 ///
 /// `target` is the board of the calibration. Cost: linear in the number of corners.
 pub fn of(calibration: &Calibration, target: &Target, range: Range) -> Uncertainty {
-    let range = match range {
-        Range::Boards => Some(typical_distance(calibration, target)),
-        Range::At(range) => Some(range),
-        Range::Infinity => None,
-    };
-    let inverse_range = range.map_or(0.0, f64::recip);
-    let scatter =
-        Scatter::new(calibration, target).filter(|_| inverse_range.is_finite() && inverse_range >= 0.0);
-    let at = |x: f64, y: f64| scatter.as_ref()?.at(calibration, &Vector2::new(x, y), inverse_range);
+    let range = distance(calibration, target, range);
+    let scatter = Scatter::new(calibration, target);
+    let at = |x: f64, y: f64| scatter.as_ref()?.at(calibration, &Vector2::new(x, y), range);
     let [w, h] = calibration.camera.size_px.map(f64::from);
     let corners = [(0.0, 0.0), (w - 1.0, 0.0), (0.0, h - 1.0), (w - 1.0, h - 1.0)];
     let worst = corners.iter().try_fold(0.0, |worst, &(x, y)| Some(f64::max(worst, at(x, y)?)));
@@ -101,6 +95,27 @@ pub fn of(calibration: &Calibration, target: &Target, range: Range) -> Uncertain
         center_px: at((w - 1.0) / 2.0, (h - 1.0) / 2.0),
         worst_corner_px: worst,
         grid_px: (0..rows).map(row).collect(),
+    }
+}
+
+/// 1σ at single pixels, px: the largest over directions; `None` where it has no answer.
+pub fn at(
+    calibration: &Calibration,
+    target: &Target,
+    range: Range,
+    pixels: &[Vector2<f64>],
+) -> Vec<Option<f64>> {
+    let range = distance(calibration, target, range);
+    let scatter = Scatter::new(calibration, target);
+    pixels.iter().map(|px| scatter.as_ref()?.at(calibration, px, range)).collect()
+}
+
+/// The distance that is meant; `None` at infinity.
+fn distance(calibration: &Calibration, target: &Target, range: Range) -> Option<f64> {
+    match range {
+        Range::Boards => Some(typical_distance(calibration, target)),
+        Range::At(range) => Some(range),
+        Range::Infinity => None,
     }
 }
 
@@ -154,7 +169,8 @@ impl Scatter {
     }
 
     /// 1σ at a pixel in the worst direction, px.
-    fn at(&self, calibration: &Calibration, px: &Vector2<f64>, inverse_range: f64) -> Option<f64> {
+    fn at(&self, calibration: &Calibration, px: &Vector2<f64>, range: Option<f64>) -> Option<f64> {
+        let inverse_range = Some(range.map_or(0.0, f64::recip)).filter(|r| r.is_finite() && *r >= 0.0)?;
         let camera = &calibration.camera;
         let ray = camera.unproject(px)?;
         let there = (camera.spec().project)(&camera.params, &ray)?;

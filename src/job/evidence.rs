@@ -17,6 +17,7 @@ use crate::calib::{
     camera::{Camera, Model},
     circles::bias::corrected,
     diagnose::{self, Finding, Verdict},
+    influence,
     observation::Corner,
     report::{Report, Settings},
     solution::{Calibration, Warning},
@@ -158,6 +159,26 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     };
     let (verdict, findings) = (diagnose::verdict(&report), diagnose::findings(&report));
     Ok(Evidence { report, calibration, dropped, verdict, findings })
+}
+
+/// Most views whose influence is asked for: the time grows with their square, to half a second here, and each matters less.
+const MOST_INFLUENCES: usize = 300;
+
+/// Adds what each picture does to the camera, and what follows from it.
+///
+/// # Errors
+/// [`Error::Stopped`] where `tick` breaks.
+pub fn with_influence(found: &mut Evidence, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<()> {
+    let (Some(calibration), Some(target)) = (&found.calibration, found.report.settings.target()) else {
+        return Ok(());
+    };
+    if calibration.views.len() <= MOST_INFLUENCES {
+        let influences = influence::of(calibration, &target, tick).ok_or(Error::Stopped)?;
+        found.report.with_influence(calibration, &influences);
+        (found.verdict, found.findings) =
+            (diagnose::verdict(&found.report), diagnose::findings(&found.report));
+    }
+    Ok(())
 }
 
 /// Compares all usual camera models on what a case would be calibrated from.

@@ -20,6 +20,7 @@ const RULES: &[Rule] = &[
     lens::folds,
     capture::no_corner,
     errors::misfit,
+    errors::harmful,
     errors::loud_picture,
     errors::bent_board,
     errors::lens_pattern,

@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 use super::text::escape;
 use crate::calib::{
     calibrate::Comparison,
+    influence::Role,
     number::{degrees, percent, significant, with_sigma},
     report::{FrameReport, Report, Solution},
 };
@@ -160,7 +161,7 @@ pub(super) fn pictures(report: &Report) -> String {
     let unit = escape(report.settings.unit.name());
     let mut out = format!(
         "<div class=\"wide\"><table><thead><tr><th></th><th>picture</th><th>board</th><th class=\"n\">corners</th><th class=\"n\">outliers</th>\
-         <th class=\"n\">RMS, px</th><th class=\"n\">max, px</th><th class=\"n\">tilt, °</th><th class=\"n\">roll, °</th>\
+         <th class=\"n\">RMS, px</th><th class=\"n\">max, px</th><th class=\"n\">moves, px</th><th class=\"n\">tilt, °</th><th class=\"n\">roll, °</th>\
          <th class=\"n\">distance, {unit}</th><th></th></tr></thead><tbody>\n"
     );
     let worst = report.included().filter_map(|f| f.rms_px).fold(0.0, f64::max);
@@ -176,7 +177,9 @@ fn picture(f: &FrameReport, number: u32, worst: f64) -> String {
     let shown = |v: Option<f64>, how: &dyn Fn(f64) -> String| v.map_or(String::new(), how);
     let share = f.rms_px.filter(|_| worst > 0.0).map_or(0.0, |v| 100.0 * v / worst);
     let count = |n: usize| if n == 0 { String::new() } else { n.to_string() };
-    let words: Vec<&str> = std::iter::once(f.why.as_str())
+    let role = f.influence.filter(|i| i.role != Role::Fine).map_or("", |i| i.role.name());
+    let words: Vec<&str> = [f.why.as_str(), role]
+        .into_iter()
         .chain(f.notes.iter().map(String::as_str))
         .filter(|t| !t.is_empty())
         .collect();
@@ -184,7 +187,7 @@ fn picture(f: &FrameReport, number: u32, worst: f64) -> String {
     format!(
         "<tr{}><td class=\"n\">{}</td><td title=\"{}\">{}</td><td>{}{order}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>\
          <td class=\"n bar\" style=\"--share:{share:.0}%\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>\
-         <td class=\"n\">{}</td><td class=\"why\">{}</td></tr>\n",
+         <td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"why\">{}</td></tr>\n",
         if f.included { "" } else { " class=\"out\"" },
         if f.included { number.to_string() } else { String::new() },
         escape(&f.file),
@@ -194,6 +197,7 @@ fn picture(f: &FrameReport, number: u32, worst: f64) -> String {
         count(f.outliers.len()),
         shown(f.rms_px, &|v| significant(v, 3)),
         shown(f.max_px, &|v| significant(v, 3)),
+        shown(f.influence.map(|i| i.moves_px), &|v| significant(v, 2)),
         shown(f.tilt_rad, &degrees),
         shown(f.roll_rad, &degrees),
         shown(f.distance, &|v| significant(v, 4)),

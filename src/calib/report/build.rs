@@ -8,6 +8,7 @@ use super::{Failure, FrameReport, GroupReport, Report, Settings, Solution, Timin
 use crate::calib::{
     Error, Result,
     camera::Camera,
+    influence::Influence,
     residual,
     solution::{Calibration, Warning},
     stats,
@@ -92,6 +93,15 @@ impl Report {
             truth: Vec::new(),
             truth_corners: None,
             camera,
+        }
+    }
+
+    /// Adds what each picture does to the camera, in the order of the views.
+    pub fn with_influence(&mut self, calibration: &Calibration, influences: &[Option<Influence>]) {
+        for (view, influence) in calibration.views.iter().zip(influences) {
+            if let Some(frame) = self.frames.get_mut(view.frame.0 as usize) {
+                frame.influence = *influence;
+            }
         }
     }
 

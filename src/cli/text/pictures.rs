@@ -2,6 +2,7 @@
 
 use super::table::{Table, tail};
 use crate::calib::{
+    influence::Role,
     number::{counted, degrees, significant},
     report::{FrameReport, Report},
 };
@@ -19,14 +20,18 @@ pub(super) fn table(report: &Report) -> String {
         return String::new();
     }
     let unit = report.settings.unit.name();
-    let mut table = Table::new("llrrrrrrr");
+    let mut table = Table::new("llrrrrrrrrl");
     let distance = format!("away {unit}");
-    let head = ["picture", "board", "corners", "outliers", "rms px", "max px", "tilt °", "roll °", &distance];
+    let head = [
+        "picture", "board", "corners", "outliers", "rms px", "max px", "tilt °", "roll °", &distance,
+        "moves px", "",
+    ];
     let solved = report.solution.is_some();
+    let asked = report.frames.iter().any(|f| f.influence.is_some());
     let any_outlier = report.frames.iter().any(|f| !f.outliers.is_empty());
     table.row(
         head.iter()
-            .take(if solved { head.len() } else { 3 })
+            .take(if solved { head.len() - if asked { 0 } else { 2 } } else { 3 })
             .map(|name| if *name == "outliers" && !any_outlier { "" } else { *name }),
     );
     let (listed, left_out) = listed(report);
@@ -37,7 +42,9 @@ pub(super) fn table(report: &Report) -> String {
             table.note(start, &frame.why);
             continue;
         };
-        table.row(start.into_iter().chain([some(frame.outliers.len())]).chain(numbers));
+        let influence = frame.influence.map(|i| [significant(i.moves_px, 2), word(i.role).to_owned()]);
+        let outliers = [some(frame.outliers.len())];
+        table.row(start.into_iter().chain(outliers).chain(numbers).chain(influence.into_iter().flatten()));
     }
     let more = if left_out == 0 {
         String::new()
@@ -45,6 +52,14 @@ pub(super) fn table(report: &Report) -> String {
         format!("  … and {} with smaller errors (--json lists all)\n", counted(left_out, "picture"))
     };
     format!("\n{}{more}", table.render())
+}
+
+/// What is worth a word.
+const fn word(role: Role) -> &'static str {
+    match role {
+        Role::Fine => "",
+        other => other.name(),
+    }
 }
 
 /// What the calibration says of a picture.

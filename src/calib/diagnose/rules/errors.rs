@@ -4,7 +4,9 @@ use nalgebra::Vector2;
 
 use super::{Facts, Finding, Level, Remedy, Show, finding};
 use crate::calib::{
-    number::significant,
+    influence::{Influence, Role},
+    number::{counted, significant},
+    order,
     report::FrameReport,
     stats::{
         quantile,
@@ -21,6 +23,29 @@ pub(super) fn misfit(facts: &Facts<'_>) -> Option<Finding> {
         significant(solution.rms_inliers_px, 2)
     );
     Some(finding("misfit", level, title, text, Show::Errors, None))
+}
+
+/// Pictures that pull the camera away from where the others put it, the strongest first.
+pub(super) fn harmful(facts: &Facts<'_>) -> Option<Finding> {
+    let mut list: Vec<(usize, &FrameReport, Influence)> =
+        facts.used.iter().filter_map(|(i, f)| Some((*i, *f, f.influence?))).collect();
+    list.retain(|(.., influence)| influence.role == Role::Harmful);
+    order::by(&mut list, |(.., influence)| [-influence.moves_px]);
+    let (position, frame, influence) = *list.first()?;
+    let name = stem(frame.name());
+    let title = format!("{name} pulls the camera away");
+    let more = match list.len() - 1 {
+        0 => String::new(),
+        n => format!(" {} more, less strongly.", counted(n, "picture")),
+    };
+    let text = format!(
+        "Without it the projection moves by {} px, {} times as far as chance would take it.{more} Look whether it shows another board, a bent \
+         one, or another zoom.",
+        significant(influence.moves_px, 2),
+        significant(influence.moves_px / influence.by_chance_px, 2)
+    );
+    let remedy = Some(Remedy::SetAside(vec![position], name.to_owned()));
+    Some(finding("harmful_picture", Level::Warn, title, text, Show::Picture(position), remedy))
 }
 
 /// A picture whose error stands out from the others'.

@@ -1,0 +1,141 @@
+use nalgebra::Vector2;
+use rand::SeedableRng;
+use rand_distr::{Distribution, Normal};
+use rand_pcg::Pcg64;
+
+use super::*;
+use crate::{
+    calibrate::{CameraSetup, Options, Problem, calibrate},
+    camera::Model,
+    observation::{Corner, FrameId, Observation},
+    synth::Scene,
+};
+
+/// The seed scene with noise; `spoil` moves a corner of a view.
+fn problem(noise_px: f64, spoil: impl Fn(usize, u32, Vector2<f64>) -> Vector2<f64>) -> Problem {
+    let scene = Scene::seed();
+    let mut random = Pcg64::seed_from_u64(3);
+    let normal = Normal::new(0.0, noise_px).unwrap();
+    let mut noise = || Vector2::new(normal.sample(&mut random), normal.sample(&mut random));
+    let observations = (0..scene.poses.len()).map(|view| Observation {
+        camera: 0,
+        frame: FrameId(view as u32),
+        corners: (0u32..)
+            .zip(scene.corners_px(view))
+            .map(|(index, px)| Corner {
+                index,
+                px: spoil(view, index, px.unwrap()) + noise(),
+                sigma_px: noise_px,
+            })
+            .collect(),
+    });
+    Problem {
+        observations: observations.collect(),
+        cameras: vec![CameraSetup {
+            size_px: scene.camera.size_px,
+            model: Model::Brown5,
+            start: None,
+            focal_hint_px: None,
+        }],
+        target: scene.board.target(),
+        options: Options { multi_start: false, ..Options::default() },
+    }
+}
+
+fn solve(problem: &Problem) -> Calibration {
+    calibrate(problem, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+fn influences(problem: &Problem) -> (Calibration, Vec<Influence>) {
+    let calibration = solve(problem);
+    let list = of(&calibration, &problem.target, &mut |_| ControlFlow::Continue(())).unwrap();
+    (calibration, list.into_iter().map(Option::unwrap).collect())
+}
+
+/// The same figures from a calibration of its own for every view that is left out.
+#[test]
+fn is_that_of_a_solve_without_the_view() {
+    let problem = problem(0.1, |_, _, px| px);
+    let (calibration, list) = influences(&problem);
+    let set = Set::new(&calibration, &problem.target).unwrap();
+    for (i, found) in list.iter().enumerate() {
+        let mut rest = problem.clone();
+        rest.observations.remove(i);
+        let alone = solve(&rest);
+        let quick = set.without(i).unwrap();
+        let way = |to: &Calibration| displacement(&calibration.camera, &to.camera, &set.pixels, &set.weights);
+        let off = way(&alone).iter().zip(way(&quick)).zip(&set.weights).fold([0.0, 0.0], |s, ((a, b), w)| {
+            [s[0] + w * (a.unwrap() - b.unwrap()).norm_squared(), s[1] + w]
+        });
+        let off = (off[0] / off[1]).sqrt();
+        assert!(off < (0.05 * found.moves_px).max(0.002), "view {i}: {off} px off a move of {found:?}");
+    }
+}
+
+/// Pictures that differ by nothing but noise move the camera as chance does, and none of them is called harmful.
+#[test]
+fn of_good_pictures_is_chance() {
+    let (_, list) = influences(&problem(0.1, |_, _, px| px));
+    assert!(list.iter().all(|v| !matches!(v.role, Role::Harmful | Role::HarmlessOutlier)), "{list:?}");
+    let ratio = |v: &Influence| (v.moves_px / v.by_chance_px).powi(2);
+    let mean = list.iter().map(ratio).sum::<f64>() / list.len() as f64;
+    // The chance is that of one direction: between one and two of it in both.
+    assert!((0.5..3.0).contains(&mean), "{mean}");
+}
+
+/// A picture that is stretched contradicts all others, though its own error says little of it.
+#[test]
+fn names_the_picture_that_pulls() {
+    let (_, list) = influences(&problem(
+        0.1,
+        |view, _, px| if view == 3 { Vector2::new(px.x * 1.004, px.y) } else { px },
+    ));
+    assert_eq!(list[3].role, Role::Harmful, "{list:?}");
+    let all: Vec<_> = list.iter().copied().map(Some).collect();
+    assert_eq!(ranked(&all)[0], 3);
+    assert_eq!(list.iter().filter(|v| v.role == Role::Harmful).count(), 1, "{list:?}");
+}
+
+/// A picture with more noise than the others is an outlier that does no harm.
+#[test]
+fn tells_harmless_outliers() {
+    let wild = |view, index: u32, px: Vector2<f64>| {
+        let by = if view == 3 { 0.6 * f64::from(index % 3) - 0.6 } else { 0.0 };
+        px + Vector2::new(by, -by)
+    };
+    let (calibration, list) = influences(&problem(0.1, wild));
+    assert!(calibration.views[3].rms_px > 0.3);
+    assert_eq!(list[3].role, Role::HarmlessOutlier, "{list:?}");
+}
+
+#[test]
+fn a_turned_camera_is_the_same() {
+    let camera = Scene::seed().camera;
+    let pixels: Vec<_> = (0..12).map(|i| Vector2::new(60.0 * f64::from(i), 50.0 * f64::from(i))).collect();
+    let weights = vec![1.0; pixels.len()];
+    let still = displacement(&camera, &camera, &pixels, &weights);
+    assert!(still.iter().all(|d| d.unwrap().norm() < 1e-9));
+    let mut other = camera.clone();
+    other.params[2] += 0.5;
+    // A shifted principal point is nearly a turn: what is left is far smaller than the shift.
+    let turned = displacement(&camera, &other, &pixels, &weights);
+    assert!(turned.iter().all(|d| d.unwrap().norm() < 0.2), "{turned:?}");
+    other.params[0] *= 1.01;
+    let longer = displacement(&camera, &other, &pixels, &weights);
+    assert!(longer.iter().any(|d| d.unwrap().norm() > 1.0));
+}
+
+#[test]
+fn of_a_held_camera_is_none_and_can_be_stopped() {
+    let mut problem = problem(0.1, |_, _, px| px);
+    let calibration = solve(&problem);
+    assert!(of(&calibration, &problem.target, &mut |_| ControlFlow::Break(())).is_none());
+    problem.observations.truncate(1);
+    let names = calibration.camera.spec().params.iter().map(|p| p.name).collect::<Vec<_>>().join(",");
+    problem.options.fixed = crate::calibrate::parse_fixes(&names).unwrap();
+    problem.cameras[0].start = Some(calibration.camera);
+    let held = solve(&problem);
+    let list = of(&held, &problem.target, &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(list.len(), 1);
+    assert!(list[0].is_none_or(|v| v.moves_px < 1e-9), "{list:?}");
+}
