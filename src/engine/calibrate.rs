@@ -38,6 +38,7 @@ pub use options::{Fix, Loss, Options, Precision, Weights, check_fixes, parse_fix
 pub use pose::pose_of;
 use prepare::Seen;
 use robust::Fitted;
+pub(crate) use robust::huber_px;
 
 /// A camera to be calibrated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -173,7 +173,8 @@ pub fn with_influence(found: &mut Evidence, tick: &mut dyn FnMut(f32) -> Control
         return Ok(());
     };
     if calibration.views.len() <= MOST_INFLUENCES {
-        let influences = influence::of(calibration, &target, tick).ok_or(Error::Stopped)?;
+        let influences =
+            influence::of(calibration, &target, found.report.settings.loss, tick).ok_or(Error::Stopped)?;
         found.report.with_influence(calibration, &influences);
         (found.verdict, found.findings) =
             (diagnose::verdict(&found.report), diagnose::findings(&found.report));

@@ -15,6 +15,7 @@ mod cli_tools;
 mod detection;
 mod experiment;
 mod formats;
+mod influence;
 mod layers;
 mod lenses;
 mod markers;

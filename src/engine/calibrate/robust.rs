@@ -64,7 +64,7 @@ pub(super) fn fit(
             }
             scale_px = scale(&blocks, &residuals);
             if robust {
-                huber_px = Some(HUBER * scale_px.max(LOSS_FLOOR_PX));
+                huber_px = Some(threshold(scale_px));
             }
             let still = |a: f64, b: f64| (a - b).abs() <= 1e-4 * b.abs();
             if still(before.0, scale_px)
@@ -103,6 +103,15 @@ fn scale(blocks: &[Block], residuals: &[Vec<Vector2<f64>>]) -> f64 {
         .flat_map(|(b, r)| r.iter().enumerate().map(|(i, r)| b.weight(i).sqrt() * r.norm()))
         .collect();
     (median(&mut lengths) / MEDIAN_LENGTH).max(FLOOR_PX)
+}
+
+fn threshold(scale_px: f64) -> f64 {
+    HUBER * scale_px.max(LOSS_FLOOR_PX)
+}
+
+/// Threshold of Huber's loss that agrees with weighted residuals, px.
+pub(crate) fn huber_px(blocks: &[Block], residuals: &[Vec<Vector2<f64>>]) -> f64 {
+    threshold(scale(blocks, residuals))
 }
 
 /// Whether the corners' σ are usable and differ.

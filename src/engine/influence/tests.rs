@@ -48,7 +48,7 @@ fn solve(problem: &Problem) -> Calibration {
 
 fn influences(problem: &Problem) -> (Calibration, Vec<Influence>) {
     let calibration = solve(problem);
-    let list = of(&calibration, &problem.target, &mut |_| ControlFlow::Continue(())).unwrap();
+    let list = of(&calibration, &problem.target, Loss::Huber, &mut |_| ControlFlow::Continue(())).unwrap();
     (calibration, list.into_iter().map(Option::unwrap).collect())
 }
 
@@ -57,7 +57,7 @@ fn influences(problem: &Problem) -> (Calibration, Vec<Influence>) {
 fn is_that_of_a_solve_without_the_view() {
     let problem = problem(0.1, |_, _, px| px);
     let (calibration, list) = influences(&problem);
-    let set = Set::new(&calibration, &problem.target).unwrap();
+    let set = Set::new(&calibration, &problem.target, Loss::Huber).unwrap();
     for (i, found) in list.iter().enumerate() {
         let mut rest = problem.clone();
         rest.observations.remove(i);
@@ -129,13 +129,13 @@ fn a_turned_camera_is_the_same() {
 fn of_a_held_camera_is_none_and_can_be_stopped() {
     let mut problem = problem(0.1, |_, _, px| px);
     let calibration = solve(&problem);
-    assert!(of(&calibration, &problem.target, &mut |_| ControlFlow::Break(())).is_none());
+    assert!(of(&calibration, &problem.target, Loss::Huber, &mut |_| ControlFlow::Break(())).is_none());
     problem.observations.truncate(1);
     let names = calibration.camera.spec().params.iter().map(|p| p.name).collect::<Vec<_>>().join(",");
     problem.options.fixed = crate::calibrate::parse_fixes(&names).unwrap();
     problem.cameras[0].start = Some(calibration.camera);
     let held = solve(&problem);
-    let list = of(&held, &problem.target, &mut |_| ControlFlow::Continue(())).unwrap();
+    let list = of(&held, &problem.target, Loss::Huber, &mut |_| ControlFlow::Continue(())).unwrap();
     assert_eq!(list.len(), 1);
     assert!(list[0].is_none_or(|v| v.moves_px < 1e-9), "{list:?}");
 }
