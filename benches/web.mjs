@@ -70,8 +70,9 @@ for (const set of SETS.filter(set => fs.existsSync(path.join(data, set)))) {
     const b = await browser({ script: 'Object.defineProperty(navigator, "hardwareConcurrency", { value: 1 })' });
     const page = await b.open(`${site.url}?seen=1`);
     await page.give('Open folder…', folder);
-    await page.gone('Cancel', 600000);
+    // A camera comes with the first pictures: only then is there something to cancel, until all are in.
     await page.see('px RMS fit');
+    await page.gone('Cancel', 600000);
     await page.click('Export…');
     await page.click(node => (node.label || node.value) === 'Straightedge JSON');
     times.web.push(JSON.parse((await page.download('Save…')).bytes).timing_ms);

@@ -22,7 +22,6 @@ use std::ops::ControlFlow;
 use super::{
     calibrate::{Loss, huber_px},
     camera::Camera,
-    order,
     refine::{self, Free, Limits, State, block::Block},
     solution::Calibration,
     stats,
@@ -285,16 +284,6 @@ impl<'a> Set<'a> {
         };
         Influence { moves_px, by_chance_px, certainty, role }
     }
-}
-
-/// The views' positions by what they do, the most harmful first, then those that move the camera furthest.
-pub fn ranked(list: &[Option<Influence>]) -> Vec<usize> {
-    let mut all: Vec<usize> = (0..list.len()).collect();
-    order::by(&mut all, |&i| match list[i] {
-        None => [-2.0, 0.0],
-        Some(v) => [if v.role == Role::Harmful { -1.0 } else { 0.0 }, -v.moves_px],
-    });
-    all
 }
 
 /// A view as the refinement stores it, with its final weights; `None` where the camera does not see one of its corners.

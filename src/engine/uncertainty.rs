@@ -226,4 +226,4 @@ fn by_free(there: &Projection, slots: &[Option<usize>], free: usize) -> Matrix2x
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

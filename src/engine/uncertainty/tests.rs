@@ -16,7 +16,8 @@ use crate::{
 /// Noise of the corners, px per coordinate.
 const NOISE_PX: f64 = 0.05;
 
-fn problem(views: &[usize], options: Options, seed: u64) -> Problem {
+/// Views of the seed scene with noise.
+pub(crate) fn problem(views: &[usize], options: Options, seed: u64) -> Problem {
     let scene = Scene::seed();
     let mut random = Pcg64::seed_from_u64(seed);
     let normal = Normal::new(0.0, NOISE_PX).unwrap();
