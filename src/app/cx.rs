@@ -33,8 +33,8 @@ impl<'a> Cx<'a> {
     }
 
     /// Whether `part` of the window is drawn in this frame. A page compiles what it has never drawn while it draws it: without a camera
-    /// and with one, parts come up one in a frame, so that no frame holds the page up; the
-    /// browser has the time in between to show what is drawn.
+    /// and with one, parts come up one in a frame, so that no frame holds the page up; in between the browser shows what is
+    /// drawn.
     pub fn its_turn(&self, ui: &egui::Ui, part: &'static str) -> bool {
         if !cfg!(target_arch = "wasm32") {
             return true;

@@ -161,7 +161,7 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     Ok(Evidence { report, calibration, dropped, verdict, findings })
 }
 
-/// Most views whose influence is asked for: the time grows with their square, to half a second here, and each matters less.
+/// Most views whose influence is asked for: the time grows with their square, and each matters less.
 const MOST_INFLUENCES: usize = 300;
 
 /// Adds what each picture does to the camera, and what follows from it.
