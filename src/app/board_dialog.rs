@@ -25,6 +25,9 @@ struct Typed {
     square: String,
     dictionary: String,
     first_id: String,
+    /// A length within the square; empty for the usual one.
+    inner: String,
+    legacy: bool,
     made: Result<Made>,
 }
 
@@ -38,20 +41,19 @@ struct Made {
 impl Typed {
     /// What is usual for a kind.
     fn usual(kind: Kind) -> Self {
-        let (size, square) = match kind {
-            Kind::Checkerboard => ("9x6", "25 mm"),
-            Kind::Charuco => ("11x8", "20 mm"),
-            Kind::AprilGrid => ("6x6", "20 mm"),
-            Kind::ArucoGrid => ("7x5", "25 mm"),
-            Kind::Circles => ("9x7", "22 mm"),
-            Kind::AsymmetricCircles => ("4x11", "20 mm"),
+        let square = match kind {
+            Kind::Checkerboard | Kind::ArucoGrid => "25 mm",
+            Kind::Circles => "22 mm",
+            Kind::Charuco | Kind::AprilGrid | Kind::AsymmetricCircles => "20 mm",
         };
         Self {
             kind,
-            size: size.to_owned(),
+            size: kind.usual_size().to_owned(),
             square: square.to_owned(),
             dictionary: kind.usual_dictionary().unwrap_or_default().to_owned(),
             first_id: "0".to_owned(),
+            inner: String::new(),
+            legacy: false,
             made: Err(crate::calib::Error::Stopped),
         }
         .making()
@@ -70,15 +72,20 @@ impl Typed {
             size.findable()?;
         }
         let mut sheet = Sheet::new(kind, size, self.square.parse()?);
+        if !self.inner.trim().is_empty() {
+            sheet = sheet.with_inner(self.inner.parse()?)?;
+        }
         if kind.has_markers() {
-            sheet.dictionary = Some(self.dictionary.parse()?);
-            sheet.first_id = self.first_id.trim().parse().map_err(|_| {
+            sheet.design.dictionary = Some(self.dictionary.parse()?);
+            let id = self.first_id.trim().parse().ok().filter(|id| *id < 1_000_000);
+            sheet.design.first_id = id.ok_or_else(|| {
                 crate::calib::Error::Invalid(format!(
                     "\"{}\" is not an id: write a whole number, for example 0",
                     self.first_id
                 ))
             })?;
         }
+        sheet.design.legacy = Some(self.legacy);
         let name = match kind {
             Kind::Checkerboard => format!("board_{size}.pdf"),
             _ => format!("{kind}_{size}.pdf"),
@@ -107,17 +114,26 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         });
         choice.response.labelled_by(label.id);
         ui.end_row();
-        let mut field = |ui: &mut Ui, name: &str, value: &mut String| {
+        let mut field = |ui: &mut Ui, name: &str, value: &mut String, hint: &str| {
             let label = ui.label(name);
-            let edit = ui.add(egui::TextEdit::singleline(value).desired_width(120.0)).labelled_by(label.id);
-            changed |= edit.changed();
+            let edit = egui::TextEdit::singleline(value).desired_width(120.0).hint_text(hint);
+            changed |= ui.add(edit).labelled_by(label.id).changed();
             ui.end_row();
         };
-        field(ui, typed.kind.counts(), &mut typed.size);
-        field(ui, typed.kind.length(), &mut typed.square);
+        field(ui, typed.kind.counts(), &mut typed.size, "");
+        field(ui, typed.kind.length(), &mut typed.square, "");
+        if let Some(inner) = typed.kind.inner_title() {
+            field(ui, inner, &mut typed.inner, "as usual");
+        }
         if typed.kind.has_markers() {
-            field(ui, "Dictionary", &mut typed.dictionary);
-            field(ui, "First id", &mut typed.first_id);
+            field(ui, "Dictionary", &mut typed.dictionary, "");
+            field(ui, "First id", &mut typed.first_id, "");
+        }
+        if typed.kind == Kind::Charuco {
+            ui.label("");
+            let words = "Layout before OpenCV 4.6";
+            changed |= ui.checkbox(&mut typed.legacy, words).changed();
+            ui.end_row();
         }
     });
     if kind != typed.kind {

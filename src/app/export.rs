@@ -24,10 +24,11 @@ use crate::{
         Result,
         format::{self, Evidence, Export, FORMATS},
         number::within_px,
+        stmap::{Storage, Way},
     },
     job::Key,
 };
-pub use content::Content;
+pub use content::{Content, Map};
 use figures::{FIGURES, Figure, Kind};
 
 /// Height of the part below the head.
@@ -202,6 +203,11 @@ fn pictures(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer) {
         cx.ask(Command::StraightenAll);
     }
     ui.add_space(16.0);
+    ui.label(text("Maps for compositing programs", font::semibold(font::BODY), t.ink));
+    ui.label(body("STMaps: one takes the lens out of a picture, the other puts it back. Laid out as the straightened pictures."));
+    ui.add_space(4.0);
+    ui.horizontal(|ui| maps(cx, ui, answer));
+    ui.add_space(16.0);
     ui.label(text("Figures", font::semibold(font::BODY), t.ink));
     let id = egui::Id::unique("kind of figures");
     let mut kind = ui.data(|d| d.get_temp::<Kind>(id)).unwrap_or_default();
@@ -227,6 +233,21 @@ fn pictures(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer) {
     ui.add_space(4.0);
     if button(ui, t, icon::SAVE, "Save all figures…", 26.0).clicked() {
         cx.ask(Command::SaveAll(FIGURES.iter().map(file).collect()));
+    }
+}
+
+/// Both maps, as EXR and as PNG.
+fn maps(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer) {
+    let Some(solution) = answer.solution() else { return };
+    for (storage, name, extension) in [(Storage::Exr, "EXR", "exr"), (Storage::Png, "PNG, 16 bits", "png")] {
+        if button(ui, cx.t, "", &format!("Save maps as {name}…"), 24.0).clicked() {
+            let (camera, framing) = (&solution.camera, cx.state.doc.framing());
+            let map = |way: Way| {
+                let map = Map { camera: camera.clone(), framing, way, storage };
+                (format!("stmap_{}.{extension}", way.name()), Content::Map(Box::new(map)))
+            };
+            cx.ask(Command::SaveAll(Way::ALL.map(map).to_vec()));
+        }
     }
 }
 

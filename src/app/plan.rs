@@ -194,8 +194,9 @@ impl State {
             return None;
         }
         let mut hash = SipHasher13::new();
-        (self.look_key()?.0, self.doc.alpha.to_bits(), self.doc.projection, solution.camera.model)
-            .hash(&mut hash);
+        let doc = &self.doc;
+        (self.look_key()?.0, doc.alpha.to_bits(), doc.fov_deg.map(f64::to_bits)).hash(&mut hash);
+        (doc.projection, solution.camera.model).hash(&mut hash);
         solution.camera.params.iter().for_each(|p| p.to_bits().hash(&mut hash));
         let key = Kind::Straight.key(hash.finish128().into());
         if self.data.straight.as_ref().is_some_and(|s| s.key == key) {
@@ -278,7 +279,8 @@ fn content(state: &State, with_model: bool) -> Option<u128> {
         any = true;
         (key.0, doc.excluded.contains(&frame.id)).hash(&mut hash);
     }
-    (doc.board, doc.model.filter(|_| with_model), doc.loss, doc.weights).hash(&mut hash);
+    (doc.board.map(|b| b.to_string()), doc.model.filter(|_| with_model), doc.loss, doc.weights)
+        .hash(&mut hash);
     for fix in &doc.fixed {
         fix.to_string().hash(&mut hash);
     }

@@ -17,13 +17,14 @@ use super::{
 use crate::{
     calib::{
         Error,
+        board::Design,
         calibrate::{Comparison, Fix, Loss, Weights},
         camera::Model,
         experiment::ablate::Numbers,
         observation::FrameId,
         report::{FrameReport, Report, Solution},
         synth::Scene,
-        target::{BoardSize, Length},
+        target::Length,
         undistort::{Framing, Projection, Rect},
     },
     job::{Inspection, Key, Source, evidence::Evidence, raster::Raster},
@@ -47,8 +48,8 @@ pub struct Frame {
 pub struct Document {
     /// The pictures, in the order in which they were opened.
     pub frames: Arc<Vec<Frame>>,
-    /// Inner corners; none finds them from the pictures.
-    pub board: Option<BoardSize>,
+    /// The board; none finds it from the pictures.
+    pub board: Option<Design>,
     /// Edge of a square; none where it is not known.
     pub square: Option<Length>,
     /// Camera model; none takes the simplest that suffices.
@@ -67,6 +68,8 @@ pub struct Document {
     pub alpha: f64,
     /// How a straightened picture is laid out.
     pub projection: Projection,
+    /// Its horizontal field of view, degrees, in place of `alpha`.
+    pub fov_deg: Option<f64>,
     /// Error above which pictures are named, px.
     pub threshold_px: f64,
     /// The next picture's.
@@ -87,6 +90,7 @@ impl Default for Document {
             dropped: Arc::default(),
             alpha: 0.5,
             projection: Projection::default(),
+            fov_deg: None,
             threshold_px: 1.0,
             next_id: 0,
         }
@@ -102,8 +106,8 @@ impl Document {
     }
 
     /// What straightened pictures are to show.
-    pub const fn framing(&self) -> Framing {
-        Framing { projection: self.projection, alpha: self.alpha, fov_rad: None }
+    pub fn framing(&self) -> Framing {
+        Framing { projection: self.projection, alpha: self.alpha, fov_rad: self.fov_deg.map(f64::to_radians) }
     }
 
     /// A number that no picture has had.

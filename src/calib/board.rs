@@ -2,6 +2,7 @@
 //!
 //! Of a checkerboard the top-left square is black: where columns + rows is odd, corner 0 is the inner corner that it touches.
 
+mod design;
 mod kind;
 mod page;
 mod pdf;
@@ -10,6 +11,7 @@ mod svg;
 
 use super::Result;
 
+pub use design::Design;
 pub use kind::Kind;
 pub use page::{Page, Text};
 pub use sheet::Sheet;

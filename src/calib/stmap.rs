@@ -16,7 +16,7 @@ use nalgebra::Vector2;
 use super::{
     Error, Result,
     lens::Lens,
-    undistort::{Straightener, View},
+    undistort::{Framing, Straightener, View},
 };
 
 /// What comes from nowhere.
@@ -51,6 +51,17 @@ pub enum Storage {
     Exr,
     /// PNG, 16 bits.
     Png,
+}
+
+/// A whole map as a file.
+///
+/// # Errors
+/// Those of [`Straightener::new`] and [`file`].
+pub fn map(lens: &dyn Lens, framing: &Framing, way: Way, storage: Storage) -> Result<Vec<u8>> {
+    let straight = Straightener::new(lens, framing, false)?;
+    let maker = Maker { lens, straight: &straight };
+    let rows: Vec<_> = (0..maker.size_px(way)[1]).map(|y| maker.row(way, y)).collect();
+    file(&rows, storage)
 }
 
 /// Makes the maps of a camera.

@@ -4,21 +4,24 @@ use std::{fmt, path::PathBuf, str::FromStr};
 
 use crate::calib::{
     Error, Result,
+    board::Design,
     calibrate::{Fix, parse_fixes},
     camera::Model,
     detect::{self, Refinement},
     report::Settings,
-    target::{BoardSize, Length, Unit},
+    target::{Length, Unit},
     undistort::{Framing, Projection},
 };
 
 /// The board of the pictures.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Board {
-    /// Inner corners of the checkerboard, columns x rows, or `auto` to find them from the pictures
-    #[arg(long, value_name = "CxR|auto", default_value = "auto")]
+    /// The board, or `auto` to find it from the pictures: inner corners of a checkerboard, columns x rows (9x6), or
+    /// KIND:CxR[:DICTIONARY][:marker=, gap= or diameter=SHARE][:first=ID][:border=CELLS][:legacy], KIND of charuco (counts squares),
+    /// aprilgrid (tags), aruco-grid (markers), circles, acircles. What is left out is measured in the pictures
+    #[arg(long, value_name = "BOARD|auto", default_value = "auto")]
     pub(super) board: BoardArg,
-    /// Edge of a square: 25mm, 2.5cm, 1in, 30 (any unit). Scales distances only, never the camera
+    /// Edge of a square (of a tag, of a marker; spacing of circles): 25mm, 2.5cm, 1in, 30 (any unit). Scales distances only, never the camera
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     pub(super) square: Option<Length>,
 }
@@ -93,9 +96,9 @@ fn sigma_px(text: &str) -> Result<f64> {
     }
 }
 
-/// A board size, or `auto`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct BoardArg(pub(super) Option<BoardSize>);
+/// A board, or `auto`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct BoardArg(pub(super) Option<Design>);
 
 impl FromStr for BoardArg {
     type Err = Error;
@@ -104,14 +107,14 @@ impl FromStr for BoardArg {
         if text.trim().eq_ignore_ascii_case("auto") {
             return Ok(Self(None));
         }
-        text.parse::<BoardSize>()?.findable().map(|size| Self(Some(size)))
+        text.parse().map(|board| Self(Some(board)))
     }
 }
 
 impl fmt::Display for BoardArg {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
-            Some(size) => size.fmt(f),
+            Some(board) => board.fmt(f),
             None => f.write_str("auto"),
         }
     }

@@ -5,7 +5,7 @@ use std::{path::PathBuf, process::ExitCode};
 use super::{files, print, say};
 use crate::calib::{
     Error, Result,
-    board::{self, Kind, Page, Sheet},
+    board::{self, Design, Kind, Page, Sheet},
     marker::dictionary::Dictionary,
     target::{BoardSize, Length, Target, Unit},
 };
@@ -39,7 +39,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "NAME")]
     dictionary: Option<Dictionary>,
     /// Boards of markers: id of the first one
-    #[arg(long, value_name = "ID", default_value_t = 0)]
+    #[arg(long, value_name = "ID", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..1_000_000))]
     first_id: u32,
     /// charuco: the layout before OpenCV 4.6
     #[arg(long)]
@@ -72,14 +72,14 @@ impl Args {
         if *kind == Kind::Checkerboard {
             size.findable()?;
         }
-        let inner = marker.or(*gap).or(*diameter);
-        Ok(Sheet {
-            inner,
+        let design = Design {
             dictionary: *dictionary,
             first_id: *first_id,
-            legacy: *legacy,
-            ..Sheet::new(*kind, *size, *square)
-        })
+            legacy: Some(*legacy),
+            ..Design::new(*kind, *size)
+        };
+        let sheet = Sheet { design, square: *square };
+        marker.or(*gap).or(*diameter).map_or(Ok(sheet), |inner| sheet.with_inner(inner))
     }
 }
 
@@ -104,7 +104,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     print(&format!(
         "{}: {}, {}, on {} ({w:.0} x {h:.0} mm)\n",
         out.display(),
-        sheet.kind,
+        sheet.design.kind,
         sheet.words()?.join(", "),
         page.paper
     ))?;
@@ -112,7 +112,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         say(&format!("note: the board does not fit on A4 or A3 (Letter, Tabloid){}", smaller(&sheet)));
     }
     if looks_the_same(&sheet.target()?) {
-        let size = sheet.size;
+        let size = sheet.design.size;
         say(&format!(
             "note: {} {size} board looks the same upside down, so the order of its corners is a choice: one odd and one even number (for example {}x{}) tell which way is up",
             size.article(),
@@ -143,11 +143,8 @@ fn smaller(sheet: &Sheet) -> String {
     let fitting = |papers: &[&str]| {
         let steps = (1..=(square.value / step).min(1e4) as u32).rev();
         steps.map(|n| Length { value: (f64::from(n) * step * 1e6).round() / 1e6, ..square }).find(|length| {
-            // What is in a square grows with it.
-            let scale = length.value / square.value;
-            let inner = sheet.inner.map(|i| Length { value: i.value * scale, ..i });
-            let smaller = Sheet { square: *length, inner, ..sheet.clone() };
-            Page::new(&smaller).is_ok_and(|page| papers.contains(&page.paper.as_str()))
+            Page::new(&Sheet { square: *length, ..*sheet })
+                .is_ok_and(|page| papers.contains(&page.paper.as_str()))
         })
     };
     match (fitting(&["A4", "Letter"]), fitting(&["A3", "Tabloid"])) {

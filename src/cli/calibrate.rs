@@ -19,6 +19,7 @@ use super::{
 use crate::{
     calib::{
         Result,
+        board::Design,
         calibrate::{Loss, Options, Weights, check_fixes},
         camera::Model,
         format::Destination,
@@ -110,7 +111,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         }
         Some(path) => {
             let given = inputs::corners(path, &args.paths)?;
-            board = board.or(given.board);
+            board = board.or(given.board.map(Design::checkerboard));
             square = square.or(given.square);
             settings.corners = Some(path.display().to_string());
             given.inspected

@@ -2,6 +2,7 @@
 
 use std::{fmt::Write as _, path::PathBuf, process::ExitCode};
 
+use nalgebra::Vector2;
 use serde::Serialize;
 
 use super::{NO_RESULT, args, files, frames, print, say};
@@ -10,12 +11,14 @@ use crate::{
         Result,
         calibrate::pose_of,
         camera::Camera,
-        detect, json,
-        observation::Corner,
+        circles::bias::corrected,
+        json,
+        observation::{Corner, FrameId, Observation},
+        pose::Pose,
         report::{FrameReport, FrameState},
         residual::Field,
         stats,
-        target::{BoardSize, Target, Unit},
+        target::{Target, Unit},
     },
     job::assemble,
 };
@@ -68,23 +71,22 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let mut pool = frames::pool(args.detecting.threads);
     let entries = frames::inspect(&mut pool, sources, args.detecting.options())?.entries;
-    let board = args.board.board.0.or_else(|| {
-        let grids: Vec<_> = entries.iter().filter_map(assemble::Entry::grid).collect();
-        let choice = detect::board_of(&grids)?;
-        if !choice.doubts.is_empty() {
-            say(&format!("warning: {}", choice.doubts));
-        }
-        Some(choice.size)
-    });
     let (square, unit) = args.board.square();
+    let all: Vec<_> = entries.iter().collect();
+    let mut warnings = Vec::new();
+    let target = assemble::target_of(&all, args.board.board.0.as_ref(), square, &mut warnings)?;
+    warnings.iter().for_each(|warning| say(&format!("warning: {}", warning.text)));
     let frames: Vec<FrameReport> = entries
         .iter()
-        .map(|entry| placed(assemble::frame(entry, board), &camera, residual, board, square))
+        .map(|entry| placed(assemble::frame(entry, target.as_ref()), &camera, residual, target.as_ref()))
         .collect();
     let found = frames.iter().any(|f| f.included);
     let settings = Settings {
         camera: args.camera.display().to_string(),
-        board: board.map(|b| b.to_string()),
+        board: target.as_ref().map(|t| match t {
+            Target::Checkerboard { size, .. } => size.to_string(),
+            other => other.words(),
+        }),
         board_is_found: args.board.board.0.is_none(),
         square,
         unit,
@@ -103,10 +105,9 @@ fn placed(
     mut frame: FrameReport,
     camera: &Camera,
     residual: Option<&Field>,
-    board: Option<BoardSize>,
-    square: f64,
+    target: Option<&Target>,
 ) -> FrameReport {
-    let (Some(size), Some([w, h]), true) = (board, frame.image_size_px, frame.found) else { return frame };
+    let (Some(target), Some([w, h]), true) = (target, frame.image_size_px, frame.found) else { return frame };
     if [w, h] != camera.size_px {
         let [cw, ch] = camera.size_px;
         frame.why = format!(
@@ -114,7 +115,6 @@ fn placed(
         );
         return frame;
     }
-    let target = Target::checkerboard(size, square);
     // Where the model alone would show what was seen.
     let modelled =
         |c: &Corner| Some(Corner { px: residual.map_or(Some(c.px), |f| f.modelled(&c.px))?, ..*c });
@@ -123,11 +123,11 @@ fn placed(
             "the residual map of the camera file folds: calibrate again without --residual-map".to_owned();
         return frame;
     };
-    match pose_of(camera, &target, &corners) {
+    match pose_of(camera, target, &corners).and_then(|found| centred(camera, target, &corners, found)) {
         Err(error) => frame.why = error.to_string(),
         Ok((pose, residuals)) => {
             let errors = stats::errors(&residuals.iter().map(|r| r.norm()).collect::<Vec<_>>());
-            let stance = stats::stance(&pose, &target);
+            let stance = stats::stance(&pose, target);
             frame.included = true;
             frame.residuals_px = residuals.into_iter().map(Into::into).collect();
             (frame.rms_px, frame.max_px) = (Some(errors.rms), Some(errors.max));
@@ -137,6 +137,18 @@ fn placed(
         }
     }
     frame
+}
+
+/// A pose and the residuals, px.
+type Placed = (Pose, Vec<Vector2<f64>>);
+
+/// Of circles the pose once more, from the places of their centres: the outline of a disc lies beside its projected centre.
+fn centred(camera: &Camera, target: &Target, corners: &[Corner], found: Placed) -> Result<Placed> {
+    let Target::Circles { radius, .. } = *target else { return Ok(found) };
+    let seen = Observation { camera: 0, frame: FrameId(0), corners: corners.to_vec() };
+    let points = target.points_in_board();
+    let moved = corrected(&[seen], std::slice::from_ref(camera), &[found.0], &points, radius);
+    moved.first().map_or(Ok(found), |observation| pose_of(camera, target, &observation.corners))
 }
 
 /// A line for each picture.

@@ -64,6 +64,14 @@ pub struct Length {
     pub unit: Unit,
 }
 
+impl Length {
+    /// A multiple of it, without the last digits of the product.
+    #[must_use]
+    pub fn times(self, share: f64) -> Self {
+        Self { value: (share * self.value * 1e6).round() / 1e6, ..self }
+    }
+}
+
 impl FromStr for Length {
     type Err = Error;
 

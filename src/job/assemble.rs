@@ -17,13 +17,14 @@ use super::{
 };
 use crate::calib::{
     Error, Result,
+    board::Design,
     calibrate::{CameraSetup, Options, Problem},
     camera::{Camera, Model},
     detect::{self, Detection, Grid},
     observation::{Corner, FrameId, Observation},
     report::{FrameReport, FrameState, GroupReport},
     solution::Warning,
-    target::{BoardSize, Target},
+    target::Target,
 };
 
 /// A picture and what was seen in it.
@@ -109,8 +110,8 @@ impl Entry {
 /// What is wanted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Wanted {
-    /// Inner corners; `None` finds them from the pictures.
-    pub board: Option<BoardSize>,
+    /// The board; `None` finds it from the pictures.
+    pub board: Option<Design>,
     /// Edge of a square, in any unit.
     pub square: f64,
     /// Model to fit.
@@ -124,9 +125,7 @@ pub struct Wanted {
 /// A set of pictures, sorted out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Assembly {
-    /// Size of the board, where it is known.
-    pub board: Option<BoardSize>,
-    /// The board, where it is no checkerboard.
+    /// The board, where it is known.
     pub target: Option<Target>,
     /// One for each entry, in order; nothing is included yet.
     pub frames: Vec<FrameReport>,
@@ -155,28 +154,12 @@ pub fn assemble(entries: &[Entry], wanted: &Wanted) -> Assembly {
 
     let mut warnings = Vec::new();
     let first_group: Vec<&Entry> = members(0).filter(|i| copies[*i].is_none()).map(|i| &entries[i]).collect();
-    let target =
-        if wanted.board.is_some() { None } else { target::of(&first_group, wanted.square, &mut warnings) };
-    let board = wanted.board.or_else(|| target.as_ref().and_then(Target::grid)).or_else(|| {
-        if target.is_some() {
-            return None;
-        }
-        let grids: Vec<&Grid> =
-            members(0).filter(|i| copies[*i].is_none()).filter_map(|i| entries[i].grid()).collect();
-        let choice = detect::board_of(&grids)?;
-        if !choice.doubts.is_empty() {
-            warnings.push(Warning::new("board_size", choice.doubts));
-        }
-        Some(choice.size)
-    });
-
-    let mut frames: Vec<FrameReport> = entries
-        .iter()
-        .map(|e| match &target {
-            Some(target) => target::frame(e, target),
-            None => frame(e, board),
-        })
-        .collect();
+    let found = target_of(&first_group, wanted.board.as_ref(), wanted.square, &mut warnings);
+    let (target, why) = match found {
+        Ok(target) => (target, None),
+        Err(error) => (None, Some(error)),
+    };
+    let mut frames: Vec<FrameReport> = entries.iter().map(|e| frame(e, target.as_ref())).collect();
     for (k, group) in groups.iter().enumerate() {
         for i in members(k) {
             frames[i].group.clone_from(&group.name);
@@ -205,8 +188,35 @@ pub fn assemble(entries: &[Entry], wanted: &Wanted) -> Assembly {
         })
         .collect();
     warnings.extend(advice::warnings(&frames, &groups, &used));
-    let problem = problem(entries, &frames, &used, board, target.as_ref(), wanted);
-    Assembly { board, target, frames, groups, warnings, problem }
+    let problem = match why {
+        Some(error) => Err(error),
+        None => problem(entries, &frames, &used, target.as_ref(), wanted),
+    };
+    Assembly { target, frames, groups, warnings, problem }
+}
+
+/// The board of a set: the given one, or the one that the pictures show; `None` where they do not tell.
+///
+/// # Errors
+/// [`Error::Invalid`] where the given one cannot be.
+pub fn target_of(
+    entries: &[&Entry],
+    given: Option<&Design>,
+    square: f64,
+    warnings: &mut Vec<Warning>,
+) -> Result<Option<Target>> {
+    if let Some(design) = given {
+        return target::given(design, entries, square, warnings).map(Some);
+    }
+    if let Some(other) = target::of(entries, square, warnings) {
+        return Ok(Some(other));
+    }
+    let grids: Vec<&Grid> = entries.iter().filter_map(|e| e.grid()).collect();
+    let Some(choice) = detect::board_of(&grids) else { return Ok(None) };
+    if !choice.doubts.is_empty() {
+        warnings.push(Warning::new("board_size", choice.doubts));
+    }
+    Ok(Some(Target::checkerboard(choice.size, square)))
 }
 
 /// For each entry an earlier one with the same pixels or the very same corners.
@@ -225,16 +235,22 @@ fn copies(entries: &[Entry]) -> Vec<Option<usize>> {
     copies
 }
 
-/// What a picture shows of a board of this size.
-pub fn frame(entry: &Entry, board: Option<BoardSize>) -> FrameReport {
+/// What a picture shows of this board.
+pub fn frame(entry: &Entry, target: Option<&Target>) -> FrameReport {
     let (mut frame, seen) = begun(entry);
     let Some(seen) = seen else { return frame };
-    match (&seen.finding, board) {
+    let size = match target {
+        None => None,
+        Some(Target::Checkerboard { size, .. }) => Some(*size),
+        Some(_) if matches!(seen.finding, Finding::Corners { .. }) => None,
+        Some(other) => return target::frame(frame, seen, other),
+    };
+    match (&seen.finding, size) {
         (Finding::Corners { corners, why }, _) => {
             frame.corners.clone_from(corners);
             frame.why.clone_from(why);
             if !corners.is_empty() {
-                let full = board.is_some_and(|b| corners.len() == b.len());
+                let full = target.is_some_and(|t| corners.len() == t.len());
                 frame.state = if full { FrameState::Full } else { FrameState::Partial };
             }
         }
@@ -277,19 +293,17 @@ fn problem(
     entries: &[Entry],
     frames: &[FrameReport],
     used: &[usize],
-    board: Option<BoardSize>,
     target: Option<&Target>,
     wanted: &Wanted,
 ) -> Result<Problem> {
-    let target = target.cloned().or_else(|| Some(Target::checkerboard(board?, wanted.square)));
     if target.is_none() && !used.is_empty() {
         return Err(Error::Invalid(
             "the size of the board is not known: give it, for example --board 9x6".to_owned(),
         ));
     }
-    let (Some(target), Some(&first)) = (target, used.first()) else {
+    let (Some(target), Some(&first)) = (target.cloned(), used.first()) else {
         let grids: Vec<&Grid> = entries.iter().filter_map(Entry::grid).collect();
-        return Err(Error::NoBoard(advice::no_board(frames, wanted.board, &grids)));
+        return Err(Error::NoBoard(advice::no_board(frames, wanted.board.as_ref(), &grids)));
     };
     let seen = |i: usize| entries[i].seen.as_ref().ok();
     let mut hints: Vec<f64> = used

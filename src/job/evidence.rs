@@ -11,6 +11,7 @@ use super::{
 };
 use crate::calib::{
     Error, Result,
+    board::Design,
     calibrate::{
         self, CANDIDATES, Comparison, Options, Problem, calibrate, simplest_sufficient, worth_trying,
     },
@@ -22,7 +23,7 @@ use crate::calib::{
     report::{Report, Settings},
     solution::{Calibration, Warning},
     synth::Truth,
-    target::{BoardSize, Target},
+    target::Target,
 };
 
 /// What to calibrate and how.
@@ -30,8 +31,8 @@ use crate::calib::{
 pub struct Case {
     /// What was seen, one for each picture, in order.
     pub entries: Arc<Vec<Entry>>,
-    /// Inner corners; `None` finds them.
-    pub board: Option<BoardSize>,
+    /// The board; `None` finds it.
+    pub board: Option<Design>,
     /// Models to try, simplest first; the simplest that suffices is taken.
     pub models: Vec<Model>,
     /// Camera to start from, with the name of its file.
@@ -109,9 +110,9 @@ pub fn sort_out(case: &Case) -> (Report, Assembly) {
     };
     let assembly = assemble(&case.entries, &wanted);
     let settings = Settings {
-        board: assembly.board,
-        board_is_found: case.board.is_none() && (assembly.board.is_some() || assembly.target.is_some()),
-        target: assembly.target.clone(),
+        board: assembly.target.as_ref().and_then(Target::grid),
+        board_is_found: case.board.is_none() && assembly.target.is_some(),
+        target: assembly.target.clone().filter(|t| !matches!(t, Target::Checkerboard { .. })),
         images: case.entries.len(),
         model: wanted.model,
         start: case.start.as_ref().map(|s| s.0.clone()),

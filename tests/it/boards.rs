@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use nalgebra::{Point3, Vector2, Vector3};
 use straightedge::calib::{
-    board::{Kind, Page, Sheet},
+    board::{Design, Kind, Page, Sheet},
     camera::{Camera, Model},
     circles, detect,
     image::{Gray, Plane},
@@ -12,6 +12,11 @@ use straightedge::calib::{
     observation::Corner,
     pose::Pose,
     target::Target,
+};
+use straightedge::job::{
+    Other,
+    assemble::{Entry, Finding, Seen, frame, target_of},
+    photo::Exif,
 };
 
 /// Edge of the buckets that shapes of a page are sorted into, mm.
@@ -150,7 +155,7 @@ fn found_again(sheet: &Sheet) -> f64 {
     let camera = camera();
     let poses = TURNS.map(|turn| pose(&printed.page, turn));
     let pictures = poses.map(|pose| printed.photographed(&camera, &pose));
-    let kind = sheet.kind;
+    let kind = sheet.design.kind;
     let seen: Vec<Vec<Corner>> = match &target {
         Target::Checkerboard { size, .. } => {
             let grids =
@@ -179,7 +184,7 @@ fn found_again(sheet: &Sheet) -> f64 {
             worst = worst.max((truth - corner.px).norm());
         }
     }
-    println!("{kind} {}: {} corners twice, largest error {worst:.3} px", sheet.size, target.len());
+    println!("{kind} {}: {} corners twice, largest error {worst:.3} px", sheet.design.size, target.len());
     worst
 }
 
@@ -202,15 +207,74 @@ fn every_kind_of_board_is_found_again_with_its_layout_and_identities() {
 
 #[test]
 fn dictionaries_first_ids_and_the_old_layout_are_printed_as_named() {
-    let base = Sheet::new(Kind::Charuco, "8x6".parse().unwrap(), "30mm".parse().unwrap());
-    let sheet = Sheet {
-        legacy: true,
-        dictionary: Some("4x4_100".parse().unwrap()),
-        inner: Some("21mm".parse().unwrap()),
-        ..base.clone()
-    };
-    assert!(found_again(&sheet) < 0.5);
-    let many = Sheet { dictionary: Some("16h5".parse().unwrap()), first_id: 8, ..base };
+    let sheet = |words: &str| Sheet { design: words.parse().unwrap(), square: "30mm".parse().unwrap() };
+    assert!(found_again(&sheet("charuco:8x6:4x4_100:marker=0.7:legacy")) < 0.5);
+    let base = sheet("charuco:8x6");
+    let design = Design { dictionary: Some("16h5".parse().unwrap()), first_id: 8, ..base.design };
+    let many = Sheet { design, ..base };
     let error = Page::new(&many).unwrap_err().to_string();
     assert!(error.contains("needs the ids 8 to 31, the dictionary 16h5 ends at 29"), "{error}");
+}
+
+/// Photographs of a sheet as pictures that were looked at.
+fn looked_at(sheet: &Sheet) -> Vec<Entry> {
+    let printed = Printed::new(sheet);
+    let photographs = TURNS.map(|turn| printed.photographed(&camera(), &pose(&printed.page, turn)));
+    let entry = |(i, picture): (usize, &Gray)| {
+        let detection = detect::detect(picture, &detect::Options::default());
+        let other = Other::beside(picture, &detection);
+        let seen = Seen {
+            size_px: picture.size().map(|n| n as u32),
+            exif: Exif::default(),
+            pixels_hash: None,
+            notes: Vec::new(),
+            finding: Finding::Grid(detection),
+            other,
+        };
+        Entry { file: format!("{i}.png"), seen: Ok(seen) }
+    };
+    photographs.iter().enumerate().map(entry).collect()
+}
+
+#[test]
+fn a_board_that_is_given_is_taken_and_what_the_pictures_contradict_is_told() {
+    let sheet = |words: &str| Sheet { design: words.parse().unwrap(), square: "25mm".parse().unwrap() };
+    let charuco = looked_at(&sheet("charuco:8x6:4x4_100:marker=0.7"));
+    let aruco = looked_at(&sheet("aruco-grid:7x5:5x5_250:gap=0.5"));
+    let circles = looked_at(&sheet("circles:9x6:diameter=0.5"));
+    for (entries, given, taken, says) in [
+        (&charuco, "charuco:8x6", "4x4_50, markers of 0.70 squares", ""),
+        (&charuco, "charuco:8x6:4x4_250:marker=0.7", "4x4_250, markers of 0.70", ""),
+        (&charuco, "charuco:8x6:5x5_50", "5x5_50", "show markers of 4x4_50, not of 5x5_50"),
+        (&charuco, "charuco:8x6:marker=0.5", "markers of 0.50", "Edge of a marker measures 0.70"),
+        (&charuco, "charuco:6x8", "6x8", "show a ChArUco board of 8x6 squares, not a ChArUco board of 6x8"),
+        (&aruco, "aruco-grid:7x5", "5x5_50, gaps of 0.50 markers", ""),
+        (&aruco, "charuco:7x5", "ChArUco", "show an ArUco grid of 7x5 markers"),
+        (&circles, "circles:9x6", "symmetric 9x6", ""),
+    ] {
+        let mut warnings = Vec::new();
+        let all: Vec<&Entry> = entries.iter().collect();
+        let design: Design = given.parse().unwrap();
+        let target = target_of(&all, Some(&design), 30.0, &mut warnings).unwrap().unwrap();
+        assert!(target.words().contains(taken), "{given}: {}", target.words());
+        assert_eq!(warnings.len(), usize::from(!says.is_empty()), "{given}: {warnings:?}");
+        assert!(warnings.iter().all(|w| w.text.contains(says)), "{given}: {warnings:?}");
+        if says.is_empty() {
+            let found: Vec<_> = all.iter().map(|e| frame(e, Some(&target)).corners.len()).collect();
+            assert_eq!(found, [target.len(); 2], "{given}");
+        } else {
+            let frames = all.iter().map(|e| frame(e, Some(&target)));
+            assert!(frames.filter(|f| f.corners.len() == target.len()).count() == 0, "{given}");
+        }
+    }
+    let Some(Target::Circles { radius, .. }) = target_of(
+        &circles.iter().collect::<Vec<_>>(),
+        Some(&"circles:9x6".parse().unwrap()),
+        30.0,
+        &mut Vec::new(),
+    )
+    .unwrap() else {
+        panic!("no circles")
+    };
+    assert!((radius - 7.5).abs() < 0.2, "{radius}");
 }

@@ -3,7 +3,14 @@
 use std::{borrow::Cow, sync::Arc};
 
 use super::png::png;
-use crate::calib::{Result, html, report::Report};
+use crate::calib::{
+    Result,
+    camera::Camera,
+    html,
+    report::Report,
+    stmap::{self, Storage, Way},
+    undistort::Framing,
+};
 
 /// The content of a file. What takes time to make is made where it is written, off the thread of the window.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +21,21 @@ pub enum Content {
     Png(Arc<String>),
     /// The report as a page.
     Page(Arc<Report>),
+    /// An STMap.
+    Map(Box<Map>),
+}
+
+/// A map that takes a lens out of a picture, or puts it back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map {
+    /// The lens.
+    pub camera: Camera,
+    /// What straightened pictures show.
+    pub framing: Framing,
+    /// Which way it leads.
+    pub way: Way,
+    /// As what it is stored.
+    pub storage: Storage,
 }
 
 impl Content {
@@ -32,6 +54,7 @@ impl Content {
             Self::Bytes(bytes) => Cow::Borrowed(bytes),
             Self::Png(svg) => Cow::Owned(png(svg)?),
             Self::Page(report) => Cow::Owned(html::page(report).into_bytes()),
+            Self::Map(map) => Cow::Owned(stmap::map(&map.camera, &map.framing, map.way, map.storage)?),
         })
     }
 
@@ -45,6 +68,7 @@ impl Content {
             Self::Bytes(bytes) => Cow::Borrowed(bytes),
             Self::Png(svg) => Cow::Owned(png(svg).await?),
             Self::Page(report) => Cow::Owned(html::page(report).into_bytes()),
+            Self::Map(map) => Cow::Owned(stmap::map(&map.camera, &map.framing, map.way, map.storage)?),
         })
     }
 }

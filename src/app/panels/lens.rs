@@ -13,7 +13,7 @@ use crate::app::{
     cx::Cx,
     state::State,
     style::{font, icon},
-    widgets::{begins, caption, empty, text},
+    widgets::{begins, caption, empty, segmented, text},
 };
 
 /// Registered.
@@ -32,6 +32,10 @@ pub const PANEL: Panel = Panel {
     ],
     switches: |_, _| (),
 };
+
+/// Field of view that a choice of it begins with, and the narrowest.
+const USUAL_DEG: f64 = 90.0;
+const NARROWEST_DEG: f64 = 10.0;
 
 /// What an empty page says.
 const NOTHING: &str = "The straightened picture appears here when a camera was found.";
@@ -66,7 +70,7 @@ fn overview(cx: &mut Cx<'_>, ui: &mut Ui) {
     if choice {
         projection::show(cx, &mut below);
     }
-    alpha(cx, &mut below);
+    extent(cx, &mut below, choice);
     figures(cx, &mut below);
     let side = all.with_min_x(all.right() - right);
     let half = side.top() + side.height() * 0.5;
@@ -74,10 +78,44 @@ fn overview(cx: &mut Cx<'_>, ui: &mut Ui) {
     profile::show(cx, &mut part(ui, "profile", side.with_min_y(half + 6.0)));
 }
 
+/// How much of the picture is shown: by α, or where a projection can be chosen by the field of view.
+fn extent(cx: &mut Cx<'_>, ui: &mut Ui, choice: bool) {
+    ui.horizontal(|ui| {
+        if choice {
+            let by_fov = cx.state.doc.fov_deg.is_some();
+            let words = ["by α", "by field of view"];
+            match segmented(ui, cx.t, &words, usize::from(by_fov)) {
+                Some(0) => cx.edit(|d| d.fov_deg = None),
+                Some(_) => cx.edit(|d| d.fov_deg = Some(USUAL_DEG)),
+                None => {}
+            }
+            ui.add_space(8.0);
+        }
+        match cx.state.doc.fov_deg {
+            Some(fov_deg) => field_of_view(cx, ui, fov_deg),
+            None => alpha(cx, ui),
+        }
+    });
+}
+
+/// The field of view, degrees.
+fn field_of_view(cx: &mut Cx<'_>, ui: &mut Ui, mut value: f64) {
+    ui.spacing_mut().slider_width = 170.0;
+    let widest = projection::widest_deg(cx.state.doc.projection);
+    let slider = egui::Slider::new(&mut value, NARROWEST_DEG..=widest).show_value(false).trailing_fill(true);
+    let response = ui.add(slider).on_hover_text("Horizontal field of view of the straightened picture");
+    response.widget_info(|| egui::WidgetInfo::slider(true, value, "Field of view"));
+    let begins = begins(ui, &response);
+    if response.changed() {
+        cx.drag(begins, |d| d.fov_deg = Some(value.round()));
+    }
+    ui.label(text(format!("{value:.0}°"), font::medium(font::SMALL), cx.t.ink));
+}
+
 /// How much of the picture is kept.
 fn alpha(cx: &mut Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
-    ui.horizontal(|ui| {
+    ui.scope(|ui| {
         let name = ui.label(text("α", font::regular(font::BODY), t.text3));
         ui.label(text("crop", font::regular(font::SMALL), t.text2));
         ui.spacing_mut().slider_width = 170.0;

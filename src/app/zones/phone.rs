@@ -93,7 +93,7 @@ fn head(cx: &mut Cx<'_>, ui: &mut Ui) {
                 .show(|ui| {
                     ui.set_width(300.0);
                     ui.spacing_mut().item_spacing.y = 8.0;
-                    top::board_settings(cx, ui);
+                    top::board::settings(cx, ui);
                     ui.separator();
                     top::lens::settings(cx, ui);
                 });

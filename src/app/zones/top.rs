@@ -1,19 +1,17 @@
 //! The top bar: what is open, the two settings that a beginner meets, undo, export, menu.
 
+pub(super) mod board;
 pub(super) mod lens;
 
 use egui::{Popup, PopupCloseBehavior, RichText, Ui, vec2};
 
-use crate::{
-    app::{
-        action::{Action, Command, demo},
-        cx::Cx,
-        lab,
-        screen::{Dialog, ExportPart},
-        style::{font, icon},
-        widgets::{icon_button, named, primary, text},
-    },
-    calib::target::{BoardSize, Length, Target, Unit},
+use crate::app::{
+    action::{Action, Command, demo},
+    cx::Cx,
+    lab,
+    screen::{Dialog, ExportPart},
+    style::{font, icon},
+    widgets::{icon_button, named, primary, text},
 };
 
 /// Draws the bar.
@@ -27,7 +25,7 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
             ui.add_space(4.0);
             title(cx, ui);
             ui.add_space(4.0);
-            board(cx, ui);
+            board::board(cx, ui);
             lens::lens(cx, ui);
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -178,32 +176,6 @@ fn chip(
         });
 }
 
-/// The board's size and square as they are known, and whether the size is a guess.
-fn known_board(cx: &Cx<'_>) -> (Option<BoardSize>, Option<Length>, bool) {
-    let report = cx.state.data.answer.as_deref().map(super::super::state::Answer::report);
-    let size = cx.state.doc.board.or_else(|| report.and_then(|r| r.settings.board));
-    let guessed = cx.state.doc.board.is_none() && size.is_some();
-    let square = cx.state.doc.square.or_else(|| {
-        let known = report.map(|r| &r.settings)?;
-        (known.unit != Unit::Squares).then_some(Length { value: known.square, unit: known.unit })
-    });
-    (size, square, guessed)
-}
-
-/// The name of a board that is no checkerboard.
-fn other_board(cx: &Cx<'_>) -> Option<Target> {
-    cx.state.data.answer.as_deref()?.report().settings.target.clone()
-}
-
-fn board_words(cx: &Cx<'_>) -> String {
-    if let Some(target) = other_board(cx) {
-        return target.name();
-    }
-    let (size, square, _) = known_board(cx);
-    let size = size.map_or_else(|| "Board".to_owned(), |b| format!("{} × {}", b.cols, b.rows));
-    square.map_or_else(|| size.clone(), |square| format!("{size}, {square}"))
-}
-
 fn lens_words(cx: &Cx<'_>) -> &'static str {
     let solved = cx.state.data.solved().map(|(_, s)| s.camera.model);
     cx.state.doc.model.or(solved).map_or("Lens", |m| m.spec().title)
@@ -211,50 +183,7 @@ fn lens_words(cx: &Cx<'_>) -> &'static str {
 
 /// Both settings in a few words.
 pub(super) fn settings(cx: &Cx<'_>) -> String {
-    format!("{} · {}", board_words(cx), lens_words(cx))
-}
-
-fn board(cx: &mut Cx<'_>, ui: &mut Ui) {
-    let (label, guessed) = (board_words(cx), known_board(cx).2);
-    let quiet = match (guessed, cx.state.doc.square) {
-        (true, None) => "guessed",
-        (true, Some(_)) => "size guessed",
-        (false, _) => "",
-    };
-    chip(cx, ui, ["Board", icon::BOARD], &label, quiet, board_settings);
-}
-
-/// The board, to be typed.
-pub(super) fn board_settings(cx: &mut Cx<'_>, ui: &mut Ui) {
-    let t = cx.t;
-    let (size, ..) = known_board(cx);
-    ui.label(text("Board", font::semibold(font::BODY), t.ink));
-    if let Some(target) = other_board(cx) {
-        ui.label(text(target.words(), font::regular(font::SMALL), t.text2));
-    }
-    let shown = size.map(|b| b.to_string()).unwrap_or_default();
-    let typed = field(ui, "Inner corners", "board size", &shown, "9x6");
-    ui.label(text("Where four squares meet, columns x rows", font::regular(font::SMALL), t.text3));
-    if let Some(text) = typed {
-        match text.parse::<BoardSize>().and_then(BoardSize::findable) {
-            Ok(size) => cx.edit(|d| d.board = Some(size)),
-            Err(_) if text.trim().is_empty() => cx.edit(|d| d.board = None),
-            Err(error) => cx.push(super::super::files::tell_bad(error.to_string())),
-        }
-    }
-    if cx.state.doc.board.is_some() && ui.button("Guess from the pictures").clicked() {
-        cx.edit(|d| d.board = None);
-    }
-    ui.separator();
-    let shown = cx.state.doc.square.map(|s| s.to_string()).unwrap_or_default();
-    if let Some(text) = field(ui, "Edge of a square", "square size", &shown, "25 mm") {
-        match text.parse::<Length>() {
-            Ok(length) => cx.edit(|d| d.square = Some(length)),
-            Err(_) if text.trim().is_empty() => cx.edit(|d| d.square = None),
-            Err(error) => cx.push(super::super::files::tell_bad(error.to_string())),
-        }
-    }
-    ui.label(text("Scales distances only, not the camera", font::regular(font::SMALL), t.text3));
+    format!("{} · {}", board::words(cx), lens_words(cx))
 }
 
 /// A labelled text field; answers its text when it was changed and left.

@@ -57,6 +57,18 @@ impl Kind {
         }
     }
 
+    /// As part of a sentence.
+    pub const fn with_article(self) -> &'static str {
+        match self {
+            Self::Checkerboard => "a checkerboard",
+            Self::Charuco => "a ChArUco board",
+            Self::AprilGrid => "an AprilGrid",
+            Self::ArucoGrid => "an ArUco grid",
+            Self::Circles => "a circle grid",
+            Self::AsymmetricCircles => "an asymmetric circle grid",
+        }
+    }
+
     /// What its size counts, columns x rows.
     pub const fn counts(self) -> &'static str {
         match self {
@@ -76,6 +88,39 @@ impl Kind {
             Self::ArucoGrid => "Edge of a marker",
             Self::Circles => "Spacing",
             Self::AsymmetricCircles => "Spacing of the rows",
+        }
+    }
+
+    /// What lies within that length, by its name in words.
+    pub const fn inner(self) -> Option<&'static str> {
+        match self {
+            Self::Checkerboard => None,
+            Self::Charuco => Some("marker"),
+            Self::AprilGrid | Self::ArucoGrid => Some("gap"),
+            Self::Circles | Self::AsymmetricCircles => Some("diameter"),
+        }
+    }
+
+    /// A size that is often seen.
+    pub const fn usual_size(self) -> &'static str {
+        match self {
+            Self::Checkerboard => "9x6",
+            Self::Charuco => "11x8",
+            Self::AprilGrid => "6x6",
+            Self::ArucoGrid => "7x5",
+            Self::Circles => "9x7",
+            Self::AsymmetricCircles => "4x11",
+        }
+    }
+
+    /// The same as the label of a field.
+    pub const fn inner_title(self) -> Option<&'static str> {
+        match self {
+            Self::Checkerboard => None,
+            Self::Charuco => Some("Edge of a marker"),
+            Self::AprilGrid => Some("Gap between tags"),
+            Self::ArucoGrid => Some("Gap between markers"),
+            Self::Circles | Self::AsymmetricCircles => Some("Diameter"),
         }
     }
 

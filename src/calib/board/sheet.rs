@@ -1,48 +1,34 @@
 //! Which board is to be printed.
 
-use super::{Kind, MAX_MM};
+use super::{Design, Kind, MAX_MM};
 use crate::calib::{
     Error, Result,
-    circles::{self, CircleBoard},
-    marker::{
-        board::{AprilGrid, ArucoGrid, Charuco, MarkerBoard},
-        dictionary::Dictionary,
-    },
+    marker::{board::MarkerBoard, dictionary::Dictionary},
     target::{BoardSize, Length, Target},
 };
 
-/// Edge of a marker in a square of a ChArUco board where it is not given.
-const MARKER: f64 = 0.75;
-/// Gap between tags of an AprilGrid where it is not given, in tags: Kalibr's.
-const TAG_GAP: f64 = 0.3;
-/// Gap between markers where it is not given, in markers.
-const MARKER_GAP: f64 = 0.4;
-/// Diameter of a circle where it is not given, in distances of neighbours.
-const DIAMETER: f64 = 0.6;
-
 /// A board to print.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sheet {
-    /// What it is made of.
-    pub kind: Kind,
-    /// What [`Kind::counts`] says, columns × rows.
-    pub size: BoardSize,
-    /// What [`Kind::length`] says.
+    /// The board.
+    pub design: Design,
+    /// What [`super::Kind::length`] says.
     pub square: Length,
-    /// Edge of a marker in a square of a ChArUco board, gap between tags or markers, or diameter of a circle; none takes the usual one.
-    pub inner: Option<Length>,
-    /// What the markers are from; none takes the usual one.
-    pub dictionary: Option<Dictionary>,
-    /// Id of the first marker.
-    pub first_id: u32,
-    /// A ChArUco board as before OpenCV 4.6: with an even number of rows the first square is white.
-    pub legacy: bool,
 }
 
 impl Sheet {
     /// A board with what is usual for its kind.
     pub const fn new(kind: Kind, size: BoardSize, square: Length) -> Self {
-        Self { kind, size, square, inner: None, dictionary: None, first_id: 0, legacy: false }
+        Self { design: Design { legacy: Some(false), ..Design::new(kind, size) }, square }
+    }
+
+    /// With a length within the square ([`super::Kind::inner`]) in place of its usual share.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where a length has no physical unit.
+    pub fn with_inner(mut self, inner: Length) -> Result<Self> {
+        self.design.inner = Some(mm(inner)? / self.square_mm()?);
+        Ok(self)
     }
 
     /// Edge of a square, tag or marker, or the spacing, mm.
@@ -59,7 +45,7 @@ impl Sheet {
     /// [`Error::Invalid`] where a length has no physical unit or does not fit, for a board that cannot be found, one that is larger than 5 m,
     /// and a dictionary that has too few markers.
     pub fn target(&self) -> Result<Target> {
-        let (size, scale) = (self.size, self.square_mm()?);
+        let (size, scale) = (self.design.size, self.square_mm()?);
         if scale < 0.1 {
             return Err(Error::Invalid(format!(
                 "squares of {} cannot be printed: at least 0.1 mm",
@@ -76,76 +62,7 @@ impl Sheet {
                 across[1] / 1000.0
             )));
         }
-        let inner = self.inner.map(|l| Ok(mm(l)? / scale)).transpose()?;
-        let markers = |board| Ok(Target::Markers { board, scale });
-        let [columns, rows] = [size.cols, size.rows];
-        let (border, first_id) = (1, self.first_id);
-        let usual = || self.kind.usual_dictionary().unwrap_or_default().parse();
-        let dictionary = || self.dictionary.map_or_else(usual, Ok);
-        match self.kind {
-            Kind::Checkerboard => Ok(Target::checkerboard(size, scale)),
-            Kind::Charuco => {
-                let marker = self.within("a marker", inner.unwrap_or(MARKER), 0.3, 0.95)?;
-                let legacy = Some(self.legacy);
-                let dictionary = dictionary()?;
-                markers(MarkerBoard::Charuco(Charuco {
-                    columns,
-                    rows,
-                    square: 1.0,
-                    marker,
-                    dictionary,
-                    border,
-                    first_id,
-                    legacy,
-                }))
-            }
-            Kind::AprilGrid => {
-                let spacing = self.within("a gap", inner.unwrap_or(TAG_GAP), 0.1, 1.0)?;
-                let dictionary = dictionary()?;
-                let board = AprilGrid { columns, rows, tag: 1.0, spacing, dictionary, border: 2, first_id };
-                markers(MarkerBoard::AprilGrid(board))
-            }
-            Kind::ArucoGrid => {
-                let gap = self.within("a gap", inner.unwrap_or(MARKER_GAP), 0.1, 3.0)?;
-                let dictionary = dictionary()?;
-                markers(MarkerBoard::ArucoGrid(ArucoGrid {
-                    columns,
-                    rows,
-                    marker: 1.0,
-                    gap,
-                    dictionary,
-                    border,
-                    first_id,
-                }))
-            }
-            Kind::Circles | Kind::AsymmetricCircles => {
-                let kind = match self.kind {
-                    Kind::Circles => circles::Kind::Symmetric,
-                    _ => circles::Kind::Asymmetric,
-                };
-                let board = CircleBoard { kind, size };
-                let usual = DIAMETER * board.pitch();
-                let most = 0.9 * board.pitch();
-                let diameter = self.within("a circle", inner.unwrap_or(usual), 0.1 * board.pitch(), most)?;
-                Ok(Target::Circles { board, spacing: scale, radius: 0.5 * diameter * scale })
-            }
-        }
-    }
-
-    /// Refuses a share of the edge that cannot be told apart in a picture.
-    fn within(&self, what: &str, share: f64, least: f64, most: f64) -> Result<f64> {
-        // The share comes out of a division.
-        if (least * (1.0 - 1e-9)..=most * (1.0 + 1e-9)).contains(&share) {
-            return Ok(share);
-        }
-        let length = |share: f64| Length { value: trimmed(share * self.square.value), ..self.square };
-        Err(Error::Invalid(format!(
-            "{what} of {} does not fit a board of {}: give {} to {}",
-            length(share),
-            self.square,
-            length(least),
-            length(most)
-        )))
+        self.design.target(self.square, scale)
     }
 
     /// What is printed, in lines of words: ASCII.
@@ -153,8 +70,8 @@ impl Sheet {
     /// # Errors
     /// As [`Sheet::target`].
     pub fn words(&self) -> Result<Vec<String>> {
-        let (size, square) = (self.size, self.square);
-        let length = |share: f64| Length { value: trimmed(share * square.value), ..square };
+        let (size, square) = (self.design.size, self.square);
+        let length = |share: f64| square.times(share);
         let Target::Markers { board, .. } = self.target()? else {
             return Ok(vec![match self.target()? {
                 Target::Circles { board, spacing, radius } => {
@@ -169,7 +86,7 @@ impl Sheet {
         let codes = |d: Dictionary| format!("dictionary {d}, ids {} to {last}", ids.start);
         Ok(match board {
             MarkerBoard::Charuco(b) => {
-                let layout = match (b.rows.is_multiple_of(2), self.legacy) {
+                let layout = match (b.rows.is_multiple_of(2), b.legacy == Some(true)) {
                     (false, _) => "",
                     (true, false) => ", layout since OpenCV 4.6",
                     (true, true) => ", layout before OpenCV 4.6",
@@ -203,11 +120,6 @@ fn mm(length: Length) -> Result<f64> {
         ))
     })?;
     Ok(1000.0 * metres * length.value)
-}
-
-/// Without the last digits of a product.
-fn trimmed(value: f64) -> f64 {
-    (value * 1e6).round() / 1e6
 }
 
 #[cfg(test)]
@@ -257,15 +169,10 @@ mod tests {
             assert_eq!(sheet(kind, size, square).words().unwrap(), words);
             assert_eq!(kind.to_string().parse(), Ok(kind));
         }
-        let with = Sheet {
-            inner: Some("18mm".parse().unwrap()),
-            dictionary: Some("4x4_100".parse().unwrap()),
-            first_id: 7,
-            legacy: true,
-            ..sheet(Kind::Charuco, "5x4", "2.5cm")
-        };
+        let design = "charuco:5x4:4x4_100:first=7:legacy".parse().unwrap();
+        let with = Sheet { design, square: "2.5cm".parse().unwrap() };
         assert_eq!(
-            with.words().unwrap(),
+            with.with_inner("18mm".parse().unwrap()).unwrap().words().unwrap(),
             [
                 "ChArUco 5x4 squares, square 2.5 cm, marker 1.8 cm",
                 "dictionary 4x4_100, ids 7 to 16, layout before OpenCV 4.6"
@@ -276,8 +183,8 @@ mod tests {
     #[test]
     fn what_cannot_be_printed_is_refused() {
         let inner = |kind, inner: &str| {
-            let sheet = Sheet { inner: Some(inner.parse().unwrap()), ..sheet(kind, "5x4", "20mm") };
-            sheet.target().unwrap_err().to_string()
+            let sheet = sheet(kind, "5x4", "20mm").with_inner(inner.parse().unwrap());
+            sheet.and_then(|s| s.target()).unwrap_err().to_string()
         };
         assert_eq!(
             inner(Kind::Charuco, "20mm"),

@@ -178,12 +178,13 @@ pub(super) fn nothing(sighting: &Sighting, layout: &Layout) -> Located {
     };
     let other_border = [1, 2].into_iter().find(|b| *b != layout.border && of_border(*b) >= 2);
     let ids = layout.first_id..layout.first_id + layout.marks.len() as u32;
-    let foreign =
-        sighting.marks.iter().filter_map(|m| m.identify(d)).filter(|i| !ids.contains(&i.id)).count();
+    let recognised = sighting.marks.iter().filter_map(|m| m.identify(d));
+    let (own, foreign): (Vec<_>, Vec<_>) = recognised.partition(|i| ids.contains(&i.id));
+    let (own, foreign) = (own.len(), foreign.len());
     let why = if marks == 0 {
         "no markers were found: the border of a marker must be black all around on white (or white on black), at least 12 px wide and sharp"
             .to_owned()
-    } else if mirrored >= 2 {
+    } else if mirrored >= 2 && mirrored > own {
         format!(
             "{mirrored} markers of {d} are mirrored: the print or the picture is reversed left to right; print the board again, or turn the mirroring of the camera off"
         )
@@ -194,6 +195,10 @@ pub(super) fn nothing(sighting: &Sighting, layout: &Layout) -> Located {
             "{foreign} markers of {d} are not among ids {} to {}: the board is another one",
             ids.start,
             ids.end - 1
+        )
+    } else if own >= 2 {
+        format!(
+            "{own} markers of {d} were recognised, but they do not stand as on this board: check its size and how large its markers are"
         )
     } else {
         format!(

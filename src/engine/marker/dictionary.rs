@@ -117,6 +117,11 @@ impl Dictionary {
         Self::all().filter(move |d| !SPECS.iter().any(|s| shares(d.spec(), s)))
     }
 
+    /// Whether both number the same markers: one is a part of the other.
+    pub fn is_kin_of(self, other: Self) -> bool {
+        self.cells() == other.cells() && self.code(0) == other.code(0)
+    }
+
     /// Whether any dictionary has such a code, as it is or mirrored.
     pub(super) fn any_has(bits: Bits) -> bool {
         Self::families().any(|d| d.nearest(bits).is_some() || d.nearest(bits.mirrored()).is_some())

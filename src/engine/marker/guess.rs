@@ -125,9 +125,8 @@ fn named(sightings: &[Sighting], dictionary: Dictionary, border: u8) -> Vec<Name
 
 /// The smallest dictionary of a family that has an id.
 fn smallest(family: Dictionary, largest: u32, considered: &mut Vec<String>) -> Dictionary {
-    let same =
-        |d: &Dictionary| d.code(0) == family.code(0) && d.cells() == family.cells() && d.len() > largest;
-    let found = Dictionary::all().filter(same).min_by_key(|d| d.len()).unwrap_or(family);
+    let has_all = |d: &Dictionary| d.is_kin_of(family) && d.len() > largest;
+    let found = Dictionary::all().filter(has_all).min_by_key(|d| d.len()).unwrap_or(family);
     if found != family {
         considered
             .push(format!("{found}: the smallest dictionary of its family that has all ids up to {largest}"));

@@ -27,20 +27,29 @@ impl MarkerBoard {
             Self::AprilGrid(b) => crossings(b),
             Self::ArucoGrid(_) => Vec::new(),
         };
-        let ids = self.ids();
+        self.fits_its_dictionary()?;
         let dictionary = layout.dictionary;
-        for (mark, id) in layout.marks.iter().zip(ids.clone()) {
-            let code = dictionary.code(id).ok_or_else(|| {
-                Error::Invalid(format!(
-                    "the board needs the ids {} to {}, the dictionary {dictionary} ends at {}: choose one with more markers, or fewer of them",
-                    ids.start,
-                    ids.end.saturating_sub(1),
-                    dictionary.len().saturating_sub(1)
-                ))
-            })?;
+        for (mark, code) in layout.marks.iter().zip(self.ids().filter_map(|id| dictionary.code(id))) {
             marker(&layout, mark, code, &mut ink);
         }
         Ok(ink)
+    }
+
+    /// Refuses a dictionary that has too few markers for this board.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] with the ids that are needed.
+    pub fn fits_its_dictionary(&self) -> Result<()> {
+        let (ids, dictionary) = (self.ids(), self.printed().dictionary);
+        if ids.end <= dictionary.len() {
+            return Ok(());
+        }
+        Err(Error::Invalid(format!(
+            "the board needs the ids {} to {}, the dictionary {dictionary} ends at {}: choose one with more markers, or fewer of them",
+            ids.start,
+            ids.end.saturating_sub(1),
+            dictionary.len().saturating_sub(1)
+        )))
     }
 
     fn printed(&self) -> Layout {

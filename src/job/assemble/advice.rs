@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use crate::calib::{
+    board::{Design, Kind},
     detect::{Grid, board_of},
     number::counted,
     order,
     report::{FrameReport, FrameState, GroupReport},
     solution::Warning,
-    target::BoardSize,
 };
 
 /// Warnings about a set; `used` are the frames that are calibrated.
@@ -82,7 +82,7 @@ const fn was(n: usize) -> &'static str {
 }
 
 /// Why no picture can be used, and what to do: one sentence.
-pub(super) fn no_board(frames: &[FrameReport], asked: Option<BoardSize>, grids: &[&Grid]) -> String {
+pub(super) fn no_board(frames: &[FrameReport], asked: Option<&Design>, grids: &[&Grid]) -> String {
     if frames.is_empty() {
         return "no pictures: give photographs of a checkerboard, or the folder that holds them".to_owned();
     }
@@ -110,10 +110,15 @@ pub(super) fn no_board(frames: &[FrameReport], asked: Option<BoardSize>, grids: 
             n => format!("{why} in {n} of {}", frames.len()),
         })
         .collect();
-    let what = asked.map_or("a checkerboard".to_owned(), |size| format!("{} {size} board", size.article()));
+    let what = asked.map_or("a checkerboard".to_owned(), |design| design.words());
     let remedy = match (asked, board_of(grids)) {
-        (Some(asked), Some(seen)) if seen.size != asked => {
+        (Some(asked), Some(seen))
+            if asked.kind == Kind::Checkerboard && *asked != Design::checkerboard(seen.size) =>
+        {
             format!("try --board {} (inner corners, columns x rows) or --board auto", seen.size)
+        }
+        (Some(asked), _) if asked.kind != Kind::Checkerboard => {
+            "check --board, light and sharpness, or try --board auto".to_owned()
         }
         (Some(_), _) => {
             "check --board (inner corners, columns x rows), light and sharpness, or try --board auto"

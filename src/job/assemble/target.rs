@@ -1,7 +1,9 @@
 //! Boards other than checkerboards: which one a set shows, and what a picture shows of it.
 
-use super::{Entry, begun};
+use super::{Entry, Seen};
 use crate::calib::{
+    Result,
+    board::Design,
     circles::{self, bias::radius_of},
     marker::{
         Sighting,
@@ -10,7 +12,7 @@ use crate::calib::{
     },
     report::{FrameReport, FrameState},
     solution::Warning,
-    target::Target,
+    target::{Length, Target, Unit},
 };
 
 /// The board of a set, where it is no checkerboard: of markers, or of circles, whichever more pictures show than a checkerboard.
@@ -43,10 +45,69 @@ pub(super) fn of(entries: &[&Entry], scale: f64, warnings: &mut Vec<Warning>) ->
     Some(Target::Circles { board: choice.board, spacing: scale, radius })
 }
 
+/// Shares that were given and measured are told apart from here on.
+const OFF: f64 = 0.06;
+
+/// The board as it was given; what was left open is taken from the pictures, and what they contradict is told.
+///
+/// # Errors
+/// [`Error::Invalid`] where there is no such board.
+pub(super) fn given(
+    design: &Design,
+    entries: &[&Entry],
+    scale: f64,
+    warnings: &mut Vec<Warning>,
+) -> Result<Target> {
+    let edge = Length { value: 1.0, unit: Unit::Squares };
+    let seen = || entries.iter().filter_map(|e| e.seen.as_ref().ok());
+    let mut board = *design;
+    if design.kind.has_markers() {
+        let sightings: Vec<Sighting> = seen().filter_map(|s| s.other.markers.clone()).collect();
+        let guess = guess(&sightings);
+        let shown = guess.board.and_then(|board| Design::of(&Target::Markers { board, scale }));
+        if let Some(shown) = shown {
+            let against = contradicted(design, &shown, guess.certain);
+            warnings.extend(against.into_iter().map(|text| Warning::new("board_contradicted", text)));
+            board.dictionary = design.dictionary.or(shown.dictionary);
+            board.inner = design.inner.or(shown.inner.filter(|_| shown.kind == design.kind));
+        }
+    }
+    let target = board.target(edge, scale)?;
+    let (Target::Circles { board, spacing, .. }, None) = (&target, design.inner) else { return Ok(target) };
+    let grids: Vec<&circles::Grid> = seen().filter_map(|s| s.other.circles.as_ref()).collect();
+    match radius_of(&grids, *board) {
+        Some(radius) => Ok(Target::Circles { board: *board, spacing: *spacing, radius: radius * scale }),
+        None => Ok(target),
+    }
+}
+
+/// What the pictures say against a board that was given.
+fn contradicted(given: &Design, shown: &Design, certain: bool) -> Vec<String> {
+    let mut list = Vec::new();
+    if let (Some(given), Some(shown)) = (given.dictionary, shown.dictionary)
+        && !given.is_kin_of(shown)
+    {
+        list.push(format!(
+            "the pictures show markers of {shown}, not of {given}: say so, or leave the dictionary to the pictures"
+        ));
+    }
+    if certain && (given.kind, given.size) != (shown.kind, shown.size) {
+        list.push(format!("the pictures show {}, not {}: check the board", shown.words(), given.words()));
+    } else if let (Some(said), Some(share)) = (given.inner, shown.inner)
+        && given.kind == shown.kind
+        && (said - share).abs() > OFF
+    {
+        list.push(format!(
+            "{} measures {share:.2} of the {} in the pictures, not {said:.2} as given: measure the board with a ruler",
+            given.kind.inner_title().unwrap_or_default(),
+            given.kind.length().to_lowercase(),
+        ));
+    }
+    list
+}
+
 /// What a picture shows of such a board.
-pub(super) fn frame(entry: &Entry, target: &Target) -> FrameReport {
-    let (mut frame, seen) = begun(entry);
-    let Some(seen) = seen else { return frame };
+pub(super) fn frame(mut frame: FrameReport, seen: &Seen, target: &Target) -> FrameReport {
     match target {
         Target::Markers { board, .. } => match &seen.other.markers {
             Some(sighting) => markers(&mut frame, board, sighting),

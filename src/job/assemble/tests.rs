@@ -57,7 +57,7 @@ fn the_board_is_found_or_given() {
     for board in [None, Some("9x6")] {
         let a = assemble(&set(), &wanted(board));
         let problem = a.problem.as_ref().unwrap();
-        assert_eq!(a.board, "9x6".parse().ok());
+        assert_eq!(a.target.as_ref().and_then(Target::grid), "9x6".parse().ok());
         assert_eq!(problem.observations.iter().map(|o| o.frame.0).collect::<Vec<_>>(), [0, 1, 3]);
         assert_eq!((problem.cameras[0].size_px, problem.observations[0].corners.len()), ([640, 480], 54));
         let states: Vec<_> = a.frames.iter().map(|f| f.state.name()).collect();

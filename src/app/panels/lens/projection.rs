@@ -25,6 +25,14 @@ pub(super) fn offered(chosen: Projection, camera: &Camera) -> bool {
     chosen != Projection::default() || [[0.0, 0.0], [w, 0.0], [0.0, h], [w, h]].into_iter().any(wide)
 }
 
+/// The widest picture that is offered, degrees: a flat one of 150° is nearly all border.
+pub(super) const fn widest_deg(projection: Projection) -> f64 {
+    match projection {
+        Projection::Perspective => 150.0,
+        _ => 300.0,
+    }
+}
+
 /// The choice, and what the chosen one keeps.
 pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
@@ -33,7 +41,11 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let on = Projection::ALL.iter().position(|p| *p == chosen).unwrap_or(0);
     ui.horizontal(|ui| {
         if let Some(projection) = segmented(ui, t, &names, on).and_then(|i| Projection::ALL.get(i)) {
-            cx.edit(|d| d.projection = *projection);
+            cx.edit(|d| {
+                d.projection = *projection;
+                // What one can show, another may not.
+                d.fov_deg = d.fov_deg.filter(|fov| *fov <= widest_deg(*projection));
+            });
         }
     });
     ui.add(egui::Label::new(text(chosen.spec().explained, font::regular(font::SMALL), t.text2)).truncate());
