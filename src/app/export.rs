@@ -192,8 +192,9 @@ fn pictures(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer) {
     let body = |s: &str| text(s, font::regular(font::SMALL), t.text2);
     ui.label(text("Straightened pictures", font::semibold(font::BODY), t.ink));
     let words = format!(
-        "Every picture with the lens taken out, {}, α = {:.2} (Lens page). Names, depth and metadata are kept; the pictures themselves are not touched.",
-        cx.state.doc.projection, cx.state.doc.alpha
+        "Every picture with the lens taken out, {}, {} (Lens page). Names, depth and metadata are kept; the pictures themselves are not touched.",
+        cx.state.doc.projection,
+        cx.state.doc.extent()
     );
     ui.label(body(&words));
     ui.add_space(4.0);

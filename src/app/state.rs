@@ -52,7 +52,7 @@ pub struct Document {
     pub board: Option<Design>,
     /// Edge of a square; none where it is not known.
     pub square: Option<Length>,
-    /// Camera model; none takes the simplest that suffices.
+    /// Camera model; none takes an ordinary lens, or a fisheye where that does not fit.
     pub model: Option<Model>,
     /// Constraints on its parameters.
     pub fixed: Vec<Fix>,
@@ -82,7 +82,7 @@ impl Default for Document {
             frames: Arc::default(),
             board: None,
             square: None,
-            model: Some(Model::Brown5),
+            model: None,
             fixed: Vec::new(),
             loss: Loss::default(),
             weights: Weights::default(),
@@ -108,6 +108,11 @@ impl Document {
     /// What straightened pictures are to show.
     pub fn framing(&self) -> Framing {
         Framing { projection: self.projection, alpha: self.alpha, fov_rad: self.fov_deg.map(f64::to_radians) }
+    }
+
+    /// How much a straightened picture shows, in words.
+    pub fn extent(&self) -> String {
+        self.fov_deg.map_or_else(|| format!("α = {:.2}", self.alpha), |fov| format!("{fov:.0}° wide"))
     }
 
     /// A number that no picture has had.

@@ -144,7 +144,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     (found.report.timing_ms.read, found.report.timing_ms.detect) = (inspected.read_ms, inspected.detect_ms);
     found.report.timing_ms.total = ms_since(begun);
-    answer(args, &found)
+    answer(args, &case, &found)
 }
 
 fn solved(case: &Case) -> Result<Evidence> {
@@ -169,7 +169,7 @@ fn recommended(case: &mut Case, found: &mut Evidence) -> Result<()> {
 }
 
 /// Prints, writes, and answers the exit code.
-fn answer(args: &Args, found: &Evidence) -> Result<ExitCode> {
+fn answer(args: &Args, case: &Case, found: &Evidence) -> Result<ExitCode> {
     let report = &found.report;
     // Files are written also where stdout cannot be.
     let mut well = outputs::done(print(&if args.json { report.to_json() } else { text::evidence(report) }));
@@ -185,7 +185,7 @@ fn answer(args: &Args, found: &Evidence) -> Result<ExitCode> {
             well &= outputs::told(outputs::residual_map(report, path));
         }
         if let Some(path) = &args.splined {
-            well &= outputs::told(outputs::splined(found, path));
+            well &= outputs::told(outputs::splined(case, found, path));
         }
         for reason in args.fail_if.iter().flat_map(|f| f.reasons(report)) {
             say(&format!("failed: {reason}"));

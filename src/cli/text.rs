@@ -199,7 +199,8 @@ fn models(report: &Report) -> String {
         ]);
     }
     let head = "\nCamera models: RMS of the fit and in pictures left out of it, 1σ in the worst corner of the picture\n";
-    format!("{head}{}{}", table.render(), paragraph(" ", &comparison.why))
+    let splined = comparison.splined.as_ref().map(|s| paragraph(" ", &s.words())).unwrap_or_default();
+    format!("{head}{}{}{splined}", table.render(), paragraph(" ", &comparison.why))
 }
 
 fn warnings(report: &Report) -> String {

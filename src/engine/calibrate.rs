@@ -32,7 +32,7 @@ use super::{
     target::Target,
 };
 pub use choose::{simplest_sufficient, worth_trying};
-pub use compare::{CANDIDATES, Candidate, Comparison, compare};
+pub use compare::{CANDIDATES, COLUMNS, Candidate, Comparison, SplinedCandidate, compare, splined};
 use options::Constraints;
 pub use options::{Fix, Loss, Options, Precision, Weights, check_fixes, parse_fixes};
 pub use pose::pose_of;

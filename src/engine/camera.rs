@@ -163,8 +163,8 @@ impl Model {
         Self::Kb4,
     ];
 
-    /// What is tried where no model is asked for, simplest first.
-    pub const USUAL: [Self; 3] = [Self::Pinhole, Self::Brown5, Self::Kb4];
+    /// What is tried where no model is asked for: an ordinary lens, and a fisheye where that is strained.
+    pub const USUAL: [Self; 2] = [Self::Brown5, Self::Kb4];
 
     /// The model's table.
     pub const fn spec(self) -> &'static Spec {

@@ -17,6 +17,7 @@
 
 mod fit;
 mod follow;
+mod pose;
 mod seen;
 mod stereographic;
 
@@ -31,6 +32,7 @@ use super::{
     lens::Lens,
 };
 pub use fit::{Fitted, fit};
+pub use pose::residuals_of;
 
 /// Most control points of a camera.
 const MOST: usize = 250_000;

@@ -13,15 +13,17 @@ use crate::calib::{
     Error, Result,
     board::Design,
     calibrate::{
-        self, CANDIDATES, Comparison, Options, Problem, calibrate, simplest_sufficient, worth_trying,
+        self, CANDIDATES, COLUMNS, Comparison, Options, Problem, SplinedCandidate, calibrate,
+        simplest_sufficient, worth_trying,
     },
     camera::{Camera, Model},
     circles::bias::corrected,
     diagnose::{self, Finding, Verdict},
-    influence,
+    format, influence,
     observation::Corner,
     report::{Report, Settings},
     solution::{Calibration, Warning},
+    splined::{self, Layout},
     synth::Truth,
     target::Target,
 };
@@ -191,7 +193,44 @@ pub fn compared(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     let (mut report, mut assembly) = sort_out(case);
     leave_out(case, &mut report, &mut assembly);
     let problem = assembly.problem.and_then(|p| start_fits(p, case))?;
-    calibrate::compare(&problem, &CANDIDATES, tick)
+    if !SPLINED {
+        return calibrate::compare(&problem, &CANDIDATES, tick);
+    }
+    let mut comparison = calibrate::compare(&problem, &CANDIDATES, &mut |part| tick(0.7 * part))?;
+    let rest = &mut |part: f32| tick(0.7 + 0.3 * part);
+    match calibrate::splined(&problem, comparison.recommended, COLUMNS, rest) {
+        Err(Error::Stopped) => return Err(Error::Stopped),
+        other => comparison.splined = other.ok(),
+    }
+    Ok(comparison)
+}
+
+/// Whether a splined camera is compared and made: not in the page, which would be a twentieth larger for it.
+pub const SPLINED: bool = cfg!(not(target_arch = "wasm32"));
+
+/// How a splined camera would fare in pictures that it was not fitted to, from `model` on.
+///
+/// # Errors
+/// Why there is none; [`Error::Stopped`] where `tick` breaks.
+pub fn splined(
+    case: &Case,
+    model: Model,
+    tick: &mut dyn FnMut(f32) -> ControlFlow<()>,
+) -> Result<SplinedCandidate> {
+    let (mut report, mut assembly) = sort_out(case);
+    leave_out(case, &mut report, &mut assembly);
+    let problem = assembly.problem.and_then(|p| start_fits(p, case))?;
+    calibrate::splined(&problem, model, COLUMNS, tick)
+}
+
+/// The splined camera that explains the corners of a calibration best, as a file of mrcal, and how it was fitted.
+///
+/// # Errors
+/// Those of [`splined::fit`].
+pub fn splined_camera(calibration: &Calibration, target: &Target) -> Result<(String, splined::Fitted)> {
+    let layout = Layout::covering(&calibration.camera, COLUMNS)?;
+    let fitted = splined::fit(calibration, target, layout, &mut || ControlFlow::Continue(()))?;
+    Ok((format::write_splined(&fitted.camera), fitted))
 }
 
 /// Takes out what the user set aside or dropped; answers the dropped corners.

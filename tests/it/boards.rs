@@ -147,6 +147,26 @@ fn same_board(found: &MarkerBoard, printed: &MarkerBoard) -> bool {
     }
 }
 
+/// Photographs of a board with squares of 25 mm, from several sides.
+pub(super) fn photographs(board: &str) -> Vec<Plane<u8>> {
+    let sheet = Sheet { design: board.parse().unwrap(), square: "25mm".parse().unwrap() };
+    let printed = Printed::new(&sheet);
+    let turns = [
+        [18.0, -14.0, 7.0],
+        [-16.0, 20.0, -4.0],
+        [25.0, 22.0, 40.0],
+        [-24.0, -20.0, -35.0],
+        [2.0, 30.0, 90.0],
+        [30.0, 0.0, 12.0],
+    ];
+    let pictures = turns.map(|turn| printed.photographed(&camera(), &pose(&printed.page, turn)));
+    let grey = |picture: Gray| match picture {
+        Gray::U8(plane) => plane,
+        Gray::U16(_) => panic!("photographs have 8 bits"),
+    };
+    pictures.map(grey).to_vec()
+}
+
 /// Photographs a sheet twice and finds it; answers the largest distance of a corner from its true place, px.
 fn found_again(sheet: &Sheet) -> f64 {
     let printed = Printed::new(sheet);

@@ -1,5 +1,6 @@
 //! The window, driven by accessible names as a person would, and pictures of it.
 
+mod boards;
 mod interaction;
 mod sessions;
 mod snapshots;

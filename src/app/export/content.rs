@@ -8,9 +8,13 @@ use crate::calib::{
     camera::Camera,
     html,
     report::Report,
+    solution::Calibration,
     stmap::{self, Storage, Way},
+    target::Target,
     undistort::Framing,
 };
+#[cfg(not(target_arch = "wasm32"))]
+use crate::job::evidence::splined_camera;
 
 /// The content of a file. What takes time to make is made where it is written, off the thread of the window.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +27,8 @@ pub enum Content {
     Page(Arc<Report>),
     /// An STMap.
     Map(Box<Map>),
+    /// A splined camera, to be fitted from a calibration with its board.
+    Splined(Box<(Calibration, Target)>),
 }
 
 /// A map that takes a lens out of a picture, or puts it back.
@@ -55,6 +61,7 @@ impl Content {
             Self::Png(svg) => Cow::Owned(png(svg)?),
             Self::Page(report) => Cow::Owned(html::page(report).into_bytes()),
             Self::Map(map) => Cow::Owned(stmap::map(&map.camera, &map.framing, map.way, map.storage)?),
+            Self::Splined(from) => Cow::Owned(splined_camera(&from.0, &from.1)?.0.into_bytes()),
         })
     }
 
@@ -69,6 +76,8 @@ impl Content {
             Self::Png(svg) => Cow::Owned(png(svg).await?),
             Self::Page(report) => Cow::Owned(html::page(report).into_bytes()),
             Self::Map(map) => Cow::Owned(stmap::map(&map.camera, &map.framing, map.way, map.storage)?),
+            // Never asked for: a page has no splined camera.
+            Self::Splined(_) => Cow::Borrowed(&[]),
         })
     }
 }

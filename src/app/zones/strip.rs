@@ -122,7 +122,7 @@ fn stages(state: &State) -> Vec<Stage> {
     };
     let found = report.map(|r| r.frames.iter().filter(|f| f.found).count());
     let corners: usize = report.iter().flat_map(|r| r.included()).map(|f| f.corners.len()).sum();
-    let possible = report.and_then(|r| Some(r.settings.board?.len() * found?)).unwrap_or(0);
+    let possible = report.and_then(|r| Some(r.settings.target()?.len() * found?)).unwrap_or(0);
     let solved = state.data.solved().map(|(_, s)| s);
     let unreadable = state.data.inspections.values().any(Result::is_err);
     let mut list = vec![

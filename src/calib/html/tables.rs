@@ -237,7 +237,12 @@ pub(super) fn models(comparison: &Comparison) -> String {
         );
     }
     let about = "RMS of the fit to all pictures and in pictures left out of the fit; 1σ of the projection in the worst corner of the picture.";
-    format!("{out}</tbody></table>\n<p class=\"muted\">{about}</p>\n<p>{}</p>\n", escape(&comparison.why))
+    let splined = comparison.splined.as_ref().map(|s| format!("<p>{}.</p>\n", escape(&s.words())));
+    format!(
+        "{out}</tbody></table>\n<p class=\"muted\">{about}</p>\n<p>{}</p>\n{}",
+        escape(&comparison.why),
+        splined.unwrap_or_default()
+    )
 }
 
 pub(super) fn covariance(solution: &Solution) -> String {

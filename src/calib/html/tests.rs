@@ -123,7 +123,7 @@ fn the_page_holds_every_number_and_needs_nothing_else() {
 #[test]
 fn models_stand_side_by_side() {
     use crate::calib::{
-        calibrate::{Candidate, Comparison},
+        calibrate::{Candidate, Comparison, SplinedCandidate},
         camera::Model,
     };
     let mut report = report();
@@ -146,6 +146,16 @@ fn models_stand_side_by_side() {
         recommended: Model::Brown5,
         why: "Brown & no other".to_owned(),
         folds: 10,
+        splined: Some(SplinedCandidate {
+            base: Model::Brown5,
+            knots: [20, 15],
+            rms_px: 0.1,
+            supported: 0.9,
+            held_out_px: Some(0.25),
+            base_held_out_px: Some(0.21),
+            worth_having: false,
+            against: String::new(),
+        }),
     });
     let html = page(&report);
     for words in [
@@ -154,6 +164,7 @@ fn models_stand_side_by_side() {
         "folds &lt;inside&gt;",
         "<td class=\"n\">–</td>",
         "Brown &amp; no other",
+        "A splined camera errs by 0.250 px in new pictures, Brown, 5 terms by 0.210 px: not worth having",
     ] {
         assert!(html.contains(words), "{words}");
     }

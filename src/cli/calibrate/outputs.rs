@@ -12,10 +12,12 @@ use crate::{
         html, npy,
         number::{significant, within_px},
         report::Report,
-        splined::{self, Layout},
     },
     cli::say,
-    job::{self, store},
+    job::{
+        evidence::{self, Case, splined_camera},
+        store,
+    },
 };
 
 /// Writes a camera file; answers what to say about it.
@@ -71,31 +73,32 @@ fn named(text: &str, what: &str, extension: &str) -> Result<PathBuf> {
     }
 }
 
-/// Control points of a splined camera from the left to the right of the picture.
-const COLUMNS: usize = 20;
-
 /// Fits a splined camera and writes it.
-pub(super) fn splined(found: &job::evidence::Evidence, path: &Path) -> Result<String> {
+pub(super) fn splined(case: &Case, found: &evidence::Evidence, path: &Path) -> Result<String> {
     let (Some(calibration), Some(target)) = (&found.calibration, found.report.settings.target()) else {
         return Err(Error::Invalid("there is no calibration to start a splined camera from".to_owned()));
     };
-    let layout = Layout::covering(&calibration.camera, COLUMNS)?;
-    let fitted = splined::fit(calibration, &target, layout, &mut || ControlFlow::Continue(()))?;
-    store::write(path, format::write_splined(&fitted.camera).as_bytes())?;
-    let [columns, rows] = layout.knots;
+    let (text, fitted) = splined_camera(calibration, &target)?;
+    store::write(path, text.as_bytes())?;
+    let model = calibration.camera.model;
+    // Compared already where the model was chosen.
+    let known = found.report.models.as_ref().and_then(|m| m.splined.clone()).filter(|s| s.base == model);
+    let judged = match known {
+        Some(judged) => judged,
+        None => evidence::splined(case, model, &mut |_| ControlFlow::Continue(()))?,
+    };
+    let [columns, rows] = judged.knots;
     let mut said = format!(
-        "wrote {} (splined, {columns} x {rows} control points: RMS {} px, {} as {}; the data hold {:.0} % of the picture)",
+        "wrote {} (splined, {columns} x {rows} control points: RMS {} px, {} as {}; the data hold {:.0} % of the picture)\n  {}",
         path.display(),
         significant(fitted.rms_px, 3),
         significant(calibration.rms_px, 3),
-        calibration.camera.spec().title,
-        100.0 * fitted.camera.supported_fraction()
+        model.spec().title,
+        100.0 * fitted.camera.supported_fraction(),
+        judged.words()
     );
-    if !fitted.converged {
-        said += "\n  it did not come to rest: do not rely on it";
-    }
-    if fitted.camera.folds() {
-        said += "\n  it turns back on itself inside the picture: do not rely on it there";
+    if !judged.against.is_empty() {
+        said += ": do not rely on it";
     }
     Ok(said)
 }

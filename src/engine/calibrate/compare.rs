@@ -7,6 +7,7 @@
 //! M. Stone, "Cross-validatory choice and assessment of statistical predictions", J. R. Statist. Soc. B 36(2), 1974.
 
 mod folds;
+mod splined;
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -14,6 +15,8 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     ops::ControlFlow,
 };
+
+pub use splined::{COLUMNS, SplinedCandidate, splined};
 
 use super::{Problem, calibrate, choose::worth_trying, pose_of};
 use crate::{
@@ -98,6 +101,9 @@ pub struct Comparison {
     pub why: String,
     /// Into how many parts the pictures were divided.
     pub folds: usize,
+    /// A splined camera beside the recommended model, where that was asked for ([`splined()`]) and could be fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub splined: Option<SplinedCandidate>,
 }
 
 /// A model's fit and its squared errors in left-out pictures: sum and number of corners by group of pictures.
@@ -147,18 +153,24 @@ pub fn compare(
         return Err(failure);
     };
     let inliers = Inliers::of(reference);
+    let by_model = |fitted: &Calibration, left: &[&Observation]| {
+        let answer = |o: &&Observation| Some(pose_of(&fitted.camera, &problem.target, &o.corners).ok()?.1);
+        left.iter().map(answer).collect()
+    };
     let parts = folds::of(&problem.observations, problem.cameras.first().map_or([0; 2], |c| c.size_px));
     let count = fits.len() as f32 * 2.0;
     let mut tried = Vec::with_capacity(fits.len());
     for (k, calibration) in fits.into_iter().enumerate() {
         let mut share = |part: f32| tick(0.5 + (k as f32 + part) / count);
-        let errors = held_out(problem, &calibration, &parts, &inliers, &mut share)?;
+        let errors = held_out(problem, &calibration, &parts, &inliers, &by_model, &mut share)?;
         tried.push(Tried { calibration, errors });
     }
     to_common_groups(&mut tried);
     let chosen = simplest_as_good(&tried);
+    let recommended = tried[chosen].calibration.camera.model;
     Ok(Comparison {
-        recommended: tried[chosen].calibration.camera.model,
+        splined: None,
+        recommended,
         why: why(&tried, chosen),
         folds: parts.folds.len(),
         candidates: tried.iter().map(|t| candidate(problem, t)).collect(),
@@ -200,6 +212,9 @@ impl Inliers {
     }
 }
 
+/// What is left (px) of the corners of pictures that a fit was not made from, each with its pose free; `None` where it cannot tell.
+type Ask<'a> = &'a dyn Fn(&Calibration, &[&Observation]) -> Vec<Option<Vec<Vector2<f64>>>>;
+
 /// Squared errors by group in the pictures that each fold leaves out; `None` where one cannot be fitted, or too many pictures lie beyond
 /// the reach of its fits.
 fn held_out(
@@ -207,6 +222,7 @@ fn held_out(
     whole: &Calibration,
     parts: &folds::Folds,
     inliers: &Inliers,
+    ask: Ask<'_>,
     tick: &mut dyn FnMut(f32) -> ControlFlow<()>,
 ) -> Result<Option<BTreeMap<usize, (f64, usize)>>> {
     let mut errors = BTreeMap::new();
@@ -220,16 +236,14 @@ fn held_out(
             Err(Error::Stopped) => return Err(Error::Stopped),
             Err(_) => return Ok(None),
         };
-        for &i in &fold.left_out {
-            let observation = &problem.observations[i];
-            // A picture that the whole set could not use says nothing about a model.
-            if !inliers.0.contains_key(&observation.frame) {
-                continue;
-            }
+        // A picture that the whole set could not use says nothing about a model.
+        let left_out = fold.left_out.iter().map(|&i| (i, &problem.observations[i]));
+        let (positions, left_out): (Vec<usize>, Vec<&Observation>) =
+            left_out.filter(|(_, o)| inliers.0.contains_key(&o.frame)).unzip();
+        for ((i, observation), residuals) in positions.into_iter().zip(&left_out).zip(ask(&fitted, &left_out))
+        {
             // What lies beyond the reach of a fit tells nothing about its errors.
-            let Ok((_, residuals)) = pose_of(&fitted.camera, &problem.target, &observation.corners) else {
-                continue;
-            };
+            let Some(residuals) = residuals else { continue };
             let (sum, n) = inliers.squares(observation, &residuals);
             let group = errors.entry(parts.group[i]).or_insert((0.0, 0));
             *group = (group.0 + sum, group.1 + n);

@@ -5,6 +5,7 @@ use nalgebra::{Point3, Vector2, Vector3};
 use super::Splined;
 use crate::{
     lens::Lens as _,
+    observation::Corner,
     pose::Pose,
     solution::{Calibration, View},
     surface::{Row, ViewRows, by_motion, usual_weights},
@@ -21,13 +22,17 @@ pub(super) struct Seen {
     pub(super) weights: Vec<f64>,
 }
 
+fn middle(points: &[Point3<f64>]) -> Vector3<f64> {
+    points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64
+}
+
 impl Seen {
     /// `None` where the camera does not see a corner.
     pub(super) fn new(calibration: &Calibration, view: &View, target: &Target) -> Option<Self> {
         let points: Option<Vec<Point3<f64>>> =
             view.indices.iter().map(|i| target.point_in_board(*i)).collect();
         let points = points.filter(|p| !p.is_empty())?;
-        let middle = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64;
+        let middle = middle(&points);
         let px = points.iter().zip(&view.residuals_px).map(|(point, residual)| {
             Some(calibration.camera.project(&view.camera_from_board.apply(point))? + residual)
         });
@@ -37,6 +42,21 @@ impl Seen {
             points: points.iter().map(|p| p - middle).collect(),
             middle,
             weights: usual_weights(&view.weights, &view.residuals_px, calibration.sigma0_px),
+        })
+    }
+
+    /// Corners that are worth the same; `None` where there is none, or one is not on the target.
+    pub(super) fn of(target: &Target, corners: &[Corner]) -> Option<Self> {
+        let points: Option<Vec<Point3<f64>>> =
+            corners.iter().map(|c| target.point_in_board(c.index)).collect();
+        let points = points.filter(|p| !p.is_empty())?;
+        let middle = middle(&points);
+        Some(Self {
+            indices: corners.iter().map(|c| c.index).collect(),
+            px: corners.iter().map(|c| c.px).collect(),
+            points: points.iter().map(|p| p - middle).collect(),
+            middle,
+            weights: vec![1.0; corners.len()],
         })
     }
 

@@ -7,8 +7,9 @@ use rand_pcg::Pcg64;
 
 use super::*;
 use crate::{
+    calibrate::{CameraSetup, Options, Problem, splined},
     camera::{Camera, Model},
-    observation::FrameId,
+    observation::{Corner, FrameId, Observation},
     pose::Pose,
     solution::{Calibration, ClosedForm, Starts, Termination, View},
     target::Target,
@@ -365,6 +366,37 @@ fn wrong_corners_do_not_bend_it_and_rays_without_data_are_told() {
     // A guess is still no nonsense: it stays with the camera that it came from.
     let there = fitted.camera.project_px(&ray(200.0, 480.0)).unwrap();
     assert!((there - Vector2::new(200.0, 480.0)).norm() < 3.0, "{there}");
+}
+
+#[test]
+fn it_is_worth_having_where_the_model_leaves_something() {
+    for (bend, worth_having) in
+        [(beyond as fn(&Vector2<f64>) -> Vector2<f64>, true), (|_| Vector2::zeros(), false)]
+    {
+        let truth = brown(990.0, [1280, 960]);
+        let (calibration, target) = seen_by(&truth, bend, 30, NOISE_PX, 3);
+        let seen = |view: &View| {
+            let corner = |(index, residual): (&u32, &Vector2<f64>)| {
+                let point = target.point_in_board(*index)?;
+                let px = truth.project(&view.camera_from_board.apply(&point))? + residual;
+                Some(Corner { index: *index, px, sigma_px: NOISE_PX })
+            };
+            let corners = view.indices.iter().zip(&view.residuals_px).filter_map(corner).collect();
+            Observation { camera: 0, frame: view.frame, corners }
+        };
+        let setup =
+            CameraSetup { size_px: truth.size_px, model: Model::Brown5, start: None, focal_hint_px: None };
+        let problem = Problem {
+            cameras: vec![setup],
+            observations: calibration.views.iter().map(seen).collect(),
+            target: target.clone(),
+            options: Options::default(),
+        };
+        let judged = splined(&problem, Model::Brown5, 12, &mut |_| ControlFlow::Continue(())).unwrap();
+        println!("{judged:?}");
+        assert_eq!(judged.worth_having, worth_having, "{}", judged.words());
+        assert_eq!(judged.words().ends_with("not worth having"), !worth_having);
+    }
 }
 
 #[test]

@@ -12,6 +12,8 @@ use crate::{Error, Result, image::Plane, pose::Pose};
 
 /// Parts per side of a pixel that a line crosses.
 const PARTS: i32 = 2;
+/// Where nothing of the board is near, in its widths from its first edge.
+const FAR: [f64; 2] = [-3.0, 4.0];
 /// Samples per side of a pixel at the rim of what the lens can see, where the map has no derivatives.
 const SAMPLES: i32 = 16;
 
@@ -113,6 +115,15 @@ impl<'a> Exact<'a> {
         // Column x of the picture is entry x + 1 of a row.
         let b = |dx: usize, dy: usize| rows[dy][x + dx];
         let c = b(1, 1);
+        // A wide lens looks past the board's plane with much of its picture, and along it where that ends.
+        let ends = self.scene.board.extent_squares();
+        let past = |i: usize| {
+            let at = b(i % 3, i / 3);
+            at[0].is_nan() || (0..2).any(|k| !(FAR[0] * ends[k][1]..FAR[1] * ends[k][1]).contains(&at[k]))
+        };
+        if (0..9).all(past) {
+            return f32::from(self.scene.board.levels.background);
+        }
         let along = |k: usize| 0.5 * (b(2, 1)[k] - b(0, 1)[k]);
         let down = |k: usize| 0.5 * (b(1, 2)[k] - b(1, 0)[k]);
         let j = [[along(0), down(0)], [along(1), down(1)]];
@@ -120,7 +131,6 @@ impl<'a> Exact<'a> {
             return self.sampled(x, y);
         }
         // Far from the board nothing is to be integrated.
-        let ends = self.scene.board.extent_squares();
         if (0..2).any(|k| {
             let reach = j[k][0].abs() + j[k][1].abs();
             c[k] + reach < ends[k][0] || c[k] - reach > ends[k][1]

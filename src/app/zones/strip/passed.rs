@@ -43,7 +43,7 @@ pub(super) fn refine(state: &State) -> Option<Vec<String>> {
     sigmas.sort_by(f64::total_cmp);
     let at = |q| significant(quantile(&sigmas, q), 2);
     Some(vec![
-        format!("{} with numbers on the {} board", counted(sigmas.len(), "corner"), report.settings.board?),
+        format!("{} with numbers on the {}", counted(sigmas.len(), "corner"), report.settings.board_words()?),
         format!(
             "each with its own σ: {} px at the median, {} to {} px for nine in ten",
             at(0.5),
@@ -92,7 +92,7 @@ pub(super) fn straighten(state: &State) -> Option<Vec<String>> {
     let [w, h] = shown.raster.as_ref().ok()?.size_px;
     let doc = &state.doc;
     let mut lines =
-        vec![format!("A picture without the lens, {}, {w} × {h} px, α = {:.2}", doc.projection, doc.alpha)];
+        vec![format!("A picture without the lens, {}, {w} × {h} px, {}", doc.projection, doc.extent())];
     if let Some(r) = shown.valid {
         lines.push(format!("valid without a gap within {} × {} px", r.width, r.height));
     }

@@ -20,6 +20,9 @@ use crate::{
     },
 };
 
+/// In an empty field: the pictures tell.
+const MEASURED: &str = "as pictured";
+
 fn known<'a>(cx: &'a Cx<'_>) -> Option<&'a Settings> {
     Some(&cx.state.data.answer.as_deref().map(Answer::report)?.settings)
 }
@@ -101,21 +104,11 @@ fn chosen() -> egui::Id {
     egui::Id::unique("kind of board in the pictures")
 }
 
-/// A row with a list at its right.
-fn list(ui: &mut Ui, name: &str, shown: &str, content: impl FnOnce(&mut Ui)) {
-    ui.horizontal(|ui| {
-        let label = ui.label(name);
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            let list = egui::ComboBox::from_id_salt(name).width(150.0).selected_text(shown);
-            list.show_ui(ui, content).response.labelled_by(label.id);
-        });
-    });
-}
-
 /// The kind that is shown and can be chosen.
 fn kind(ui: &mut Ui, known: Kind) -> Kind {
     let mut kind = ui.data(|d| d.get_temp::<Kind>(chosen())).unwrap_or(known);
-    list(ui, "Kind", kind.title(), |ui| {
+    // No list that drops down: egui holds one popup open at a time, and this is in one.
+    ui.horizontal_wrapped(|ui| {
         for k in Kind::ALL {
             ui.selectable_value(&mut kind, k, k.title());
         }
@@ -145,21 +138,15 @@ fn design(
     }
     let Some(now) = now else { return change };
     if kind.has_markers() {
-        let measured = "As the pictures show";
-        let mut dictionary = now.dictionary;
-        list(ui, "Dictionary", now.dictionary.map_or(measured, Dictionary::name), |ui| {
-            ui.selectable_value(&mut dictionary, None, measured);
-            for d in Dictionary::all() {
-                ui.selectable_value(&mut dictionary, Some(d), d.name());
-            }
-        });
-        if dictionary != now.dictionary {
-            change = Some(Ok(Some(Design { dictionary, ..now })));
+        let shown = now.dictionary.map(Dictionary::name).unwrap_or_default();
+        if let Some(text) = field(ui, "Dictionary", &format!("dictionary of {kind}"), shown, MEASURED) {
+            let dictionary = if text.trim().is_empty() { Ok(None) } else { text.parse().map(Some) };
+            change = Some(dictionary.map(|dictionary| Some(Design { dictionary, ..now })));
         }
     }
     if let Some(name) = kind.inner_title() {
         let shown = now.inner.map(|share| inner(share, square)).unwrap_or_default();
-        if let Some(text) = field(ui, name, &format!("inside of {kind}"), &shown, "measured") {
+        if let Some(text) = field(ui, name, &format!("inside of {kind}"), &shown, MEASURED) {
             let inner = if text.trim().is_empty() { Ok(None) } else { share(&text, square).map(Some) };
             change = Some(inner.map(|inner| Some(Design { inner, ..now })));
         }

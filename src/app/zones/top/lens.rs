@@ -5,7 +5,9 @@ use egui::Ui;
 use super::{chip, lens_words};
 use crate::{
     app::{
+        action::Command,
         cx::Cx,
+        export::Content,
         style::{font, icon},
         widgets::text,
     },
@@ -17,8 +19,7 @@ use crate::{
 };
 
 pub(super) fn lens(cx: &mut Cx<'_>, ui: &mut Ui) {
-    let quiet = if cx.state.doc.model.is_none() { "chosen" } else { "" };
-    chip(cx, ui, ["Lens", icon::APERTURE], lens_words(cx), quiet, settings);
+    chip(cx, ui, ["Lens", icon::APERTURE], lens_words(cx), "", settings);
 }
 
 /// The model, to be chosen.
@@ -39,7 +40,8 @@ pub(in crate::app::zones) fn settings(cx: &mut Cx<'_>, ui: &mut Ui) {
             }
         }
         ui.end_row();
-        if ui.radio(now.is_none(), "The simplest that suffices").clicked() {
+        let says = "Brown with 5 terms, or Kannala–Brandt where the pictures show a fisheye lens";
+        if ui.radio(now.is_none(), "Ordinary or fisheye, as it fits").on_hover_text(says).clicked() {
             cx.edit(|d| d.model = None);
         }
         ui.end_row();
@@ -100,11 +102,30 @@ fn figures(cx: &Cx<'_>, ui: &mut Ui, candidate: &Candidate, recommended: bool) {
     }
 }
 
+/// A splined camera from what is shown, as a file.
+fn splined_camera(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let Some(answer) = cx.state.data.answer.as_deref() else { return };
+    let says =
+        "A grid of control points on top of the model, for mrcal and for straightedge undistort and stmap";
+    let (Some(calibration), Some(target)) = (&answer.evidence.calibration, answer.report().settings.target())
+    else {
+        return;
+    };
+    if ui.button("Save splined camera…").on_hover_text(says).clicked() {
+        let content = Content::Splined(Box::new((calibration.clone(), target)));
+        cx.ask(Command::Save { name: "splined.cameramodel".to_owned(), content });
+    }
+}
+
 /// The sentence, and one click to follow it.
 fn recommendation(cx: &mut Cx<'_>, ui: &mut Ui, comparison: &Comparison, current: Option<Model>) {
     let t = cx.t;
     let recommended = comparison.recommended;
     ui.label(text(comparison.why.as_str(), font::regular(font::SMALL), t.text2));
+    if let Some(splined) = &comparison.splined {
+        ui.label(text(splined.words(), font::regular(font::SMALL), t.text2));
+        splined_camera(cx, ui);
+    }
     if current == Some(recommended) {
         ui.label(text(
             format!("{}  {} is recommended", icon::CHECK_CIRCLE, recommended.spec().title),

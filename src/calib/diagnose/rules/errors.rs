@@ -4,6 +4,7 @@ use nalgebra::Vector2;
 
 use super::{Facts, Finding, Level, Remedy, Show, finding};
 use crate::calib::{
+    camera::Model,
     influence::{Influence, Role},
     number::{counted, significant},
     order,
@@ -14,6 +15,9 @@ use crate::calib::{
     },
 };
 
+/// Focal length in picture widths below which the lens may be a fisheye.
+const WIDE: f64 = 0.65;
+
 pub(super) fn misfit(facts: &Facts<'_>) -> Option<Finding> {
     let solution = facts.solution?;
     let level = facts.misfit()?;
@@ -22,7 +26,10 @@ pub(super) fn misfit(facts: &Facts<'_>) -> Option<Finding> {
         "It misses the corners by {} px RMS; 0.1 to 0.5 px is usual. Is the lens a fisheye, the board bent, or a picture of another camera among them?",
         significant(solution.rms_inliers_px, 2)
     );
-    Some(finding("misfit", level, title, text, Show::Errors, None))
+    let camera = &solution.camera;
+    let wide = camera.params[0] < WIDE * f64::from(camera.size_px[0]);
+    let remedy = (camera.spec().perspective && wide).then_some(Remedy::Model(Model::Kb4));
+    Some(finding("misfit", level, title, text, Show::Errors, remedy))
 }
 
 /// Pictures that pull the camera away from where the others put it, the strongest first.
