@@ -147,7 +147,7 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
         Ok((calibration, target)) => {
             report.settings.model = calibration.camera.model;
             report.calibrated(&calibration, &target);
-            if case.residual_map {
+            if SURFACES && case.residual_map {
                 report.with_residual_map(&calibration, &target);
             }
             if let Some(truth) = &case.truth {
@@ -193,7 +193,7 @@ pub fn compared(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     let (mut report, mut assembly) = sort_out(case);
     leave_out(case, &mut report, &mut assembly);
     let problem = assembly.problem.and_then(|p| start_fits(p, case))?;
-    if !SPLINED {
+    if !SURFACES {
         return calibrate::compare(&problem, &CANDIDATES, tick);
     }
     let mut comparison = calibrate::compare(&problem, &CANDIDATES, &mut |part| tick(0.7 * part))?;
@@ -205,8 +205,8 @@ pub fn compared(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     Ok(comparison)
 }
 
-/// Whether a splined camera is compared and made: not in the page, which would be a twentieth larger for it.
-pub const SPLINED: bool = cfg!(not(target_arch = "wasm32"));
+/// Whether surfaces are fitted, for splined cameras and residual maps: not in the page, which would be larger for it.
+pub const SURFACES: bool = cfg!(not(target_arch = "wasm32"));
 
 /// How a splined camera would fare in pictures that it was not fitted to, from `model` on.
 ///

@@ -124,6 +124,28 @@ inBrowser('photographs: calibrated, exported, the same as the desktop program', 
   near(report.camera, whole.camera, (_, at) => 1e-3 * (sigma[at] ?? 0) + 1e-9);
 });
 
+// Lenses and boards that are not the usual ones come out by themselves, as on the desktop.
+for (const [set, title, options] of [
+  ['camodocal_fisheye', 'Fisheye, Kannala–Brandt', ['--model', 'kb4']],
+  ['caliscope_charuco', 'ChArUco 4 × 5', []],
+  ['opencv_circles', 'Circles', []],
+]) {
+  const folder = path.join(data, set);
+  const there = fs.existsSync(folder) ? {} : { skip: `no photographs in ${folder}` };
+  inBrowser(`${set}: found by itself, the same as the desktop program`, there, async b => {
+    const page = await b.open(address('theme=dark'));
+    await page.give('Open folder…', folder);
+    await solved(page);
+    await page.see(node => words(node)?.includes(title));
+    await idle(page);
+    const report = JSON.parse((await exported(page)).bytes);
+    const same = run('calibrate', folder, ...options, '--json');
+    assert.equal(report.model, same.model);
+    assert.deepEqual(report.frames.map(f => f.corners.length), same.frames.map(f => f.corners.length));
+    near(report.camera, same.camera, (_, at) => 1e-3 * (same.uncertainty.sigma[at] ?? 0) + 1e-9);
+  });
+}
+
 // Every number below `one` beside the same of `other`.
 function near(one, other, allowed, at = '') {
   if (typeof other === 'number') {

@@ -22,11 +22,17 @@ pub(super) fn misfit(facts: &Facts<'_>) -> Option<Finding> {
     let solution = facts.solution?;
     let level = facts.misfit()?;
     let title = "The camera does not fit the pictures";
+    let camera = &solution.camera;
+    let perhaps = if camera.spec().perspective {
+        "Is the lens a fisheye, the board bent or on a screen with stripes, or a picture of another camera among them?"
+    } else {
+        "Is the board bent or on a screen with stripes, or a picture of another camera among them? A lens with a mirror in it follows none of \
+         the models here: do not calibrate it with them."
+    };
     let text = format!(
-        "It misses the corners by {} px RMS; 0.1 to 0.5 px is usual. Is the lens a fisheye, the board bent, or a picture of another camera among them?",
+        "It misses the corners by {} px RMS; 0.1 to 0.5 px is usual. {perhaps}",
         significant(solution.rms_inliers_px, 2)
     );
-    let camera = &solution.camera;
     let wide = camera.params[0] < WIDE * f64::from(camera.size_px[0]);
     let remedy = (camera.spec().perspective && wide).then_some(Remedy::Model(Model::Kb4));
     Some(finding("misfit", level, title, text, Show::Errors, remedy))

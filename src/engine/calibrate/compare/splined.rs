@@ -9,6 +9,7 @@ use crate::{
     Result,
     calibrate::{Problem, calibrate, pose_of},
     camera::Model,
+    number::significant,
     observation::Observation,
     solution::Calibration,
     splined::{self, Layout},
@@ -47,13 +48,11 @@ impl SplinedCandidate {
             return format!("A splined camera is no good: {}", self.against);
         }
         match (self.held_out_px, self.base_held_out_px) {
-            (Some(own), Some(other)) if self.worth_having => {
-                format!(
-                    "A splined camera errs by {own:.3} px in new pictures, {base} by {other:.3} px: worth having"
-                )
-            }
             (Some(own), Some(other)) => format!(
-                "A splined camera errs by {own:.3} px in new pictures, {base} by {other:.3} px: not worth having"
+                "A splined camera errs by {} px in new pictures, {base} by {} px: {}worth having",
+                significant(own, 3),
+                significant(other, 3),
+                if self.worth_having { "" } else { "not " }
             ),
             _ => "The pictures are too few to leave some out and ask a splined camera about them".to_owned(),
         }
