@@ -73,13 +73,15 @@ impl Scene {
     }
 }
 
-/// Corners of the board's outer squares, the one beside corner 0 first.
+/// Corners of the board's outer squares, the one beside corner 0 first; of surveyed points a frame about them in the plane that they
+/// are in or near.
 fn outline(target: &Target) -> [Point3<f64>; 4] {
     let [[x0, y0], [x1, y1]] = target.extent();
     let rim = match target {
         Target::Checkerboard { square, .. } => *square,
         Target::Markers { scale, .. } => 0.5 * scale,
         Target::Circles { spacing, .. } => *spacing,
+        Target::Points { points } => return points.frame_in_board(),
     };
     let (x0, y0, x1, y1) = (x0 - rim, y0 - rim, x1 + rim, y1 + rim);
     [Point3::new(x0, y0, 0.0), Point3::new(x1, y0, 0.0), Point3::new(x1, y1, 0.0), Point3::new(x0, y1, 0.0)]
