@@ -4,7 +4,12 @@ use std::{fmt::Write as _, path::PathBuf, process::ExitCode};
 
 use serde::Serialize;
 
-use super::{NO_RESULT, args, files, frames, print, say};
+use super::{
+    NO_RESULT, args, files,
+    frames::{self, Inspected},
+    measured::{Given, Measured},
+    print, say,
+};
 use crate::{
     calib::{
         Result,
@@ -15,7 +20,7 @@ use crate::{
         report::{FrameReport, FrameState},
         residual::Field,
         stats,
-        target::{BoardSize, Target, Unit},
+        target::{Target, Unit},
     },
     job::assemble,
 };
@@ -23,13 +28,16 @@ use crate::{
 /// Find the pose of the board in pictures of a known camera
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    #[command(flatten)]
-    pictures: args::Pictures,
+    /// Photographs, or folders of them; beside --corners only where the pictures are
+    #[arg(value_name = "PATHS", required_unless_present = "corners")]
+    paths: Vec<PathBuf>,
     /// Camera file of any format
     #[arg(long, value_name = "FILE")]
     camera: PathBuf,
     #[command(flatten)]
     board: args::Board,
+    #[command(flatten)]
+    measured: Measured,
     #[command(flatten)]
     detecting: args::Detecting,
     /// Print one JSON object
@@ -62,13 +70,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         say(&format!("note: {note}"));
     }
     let (camera, residual) = (file.camera, file.evidence.residual.as_ref());
-    let sources = frames::sources(&args.pictures.paths)?;
-    if sources.is_empty() {
-        return Err(files::no_pictures(&args.pictures.paths));
-    }
-    let mut pool = frames::pool(args.detecting.threads);
-    let entries = frames::inspect(&mut pool, sources, args.detecting.options())?.entries;
-    let board = args.board.board.0.or_else(|| {
+    let given = args.measured.read(&args.paths, Some(camera.size_px))?;
+    let Given { board, square, target, inspected } = match given {
+        Some(given) => given,
+        None => Given { board: None, square: None, target: None, inspected: searched(args)? },
+    };
+    let entries = inspected.entries;
+    let board = args.board.board.0.or(board).or_else(|| {
         let grids: Vec<_> = entries.iter().filter_map(assemble::Entry::grid).collect();
         let choice = detect::board_of(&grids)?;
         if !choice.doubts.is_empty() {
@@ -76,10 +84,17 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         }
         Some(choice.size)
     });
-    let (square, unit) = args.board.square();
+    let (square, unit) =
+        args.board.square.map(|s| (s.value, s.unit)).or(square).unwrap_or(args.board.square());
+    let is_known = target.is_some();
+    let target = target.or_else(|| Some(Target::checkerboard(board?, square)));
     let frames: Vec<FrameReport> = entries
         .iter()
-        .map(|entry| placed(assemble::frame(entry, board), &camera, residual, board, square))
+        .map(|entry| match &target {
+            Some(target) if is_known => assemble::frame_of(entry, target),
+            _ => assemble::frame(entry, board),
+        })
+        .map(|frame| placed(frame, &camera, residual, target.as_ref()))
         .collect();
     let found = frames.iter().any(|f| f.included);
     let settings = Settings {
@@ -98,15 +113,24 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     Ok(if found { ExitCode::SUCCESS } else { ExitCode::from(NO_RESULT) })
 }
 
+/// What the pictures show.
+fn searched(args: &Args) -> Result<Inspected> {
+    let sources = frames::sources(&args.paths)?;
+    if sources.is_empty() {
+        return Err(files::no_pictures(&args.paths));
+    }
+    let mut pool = frames::pool(args.detecting.threads);
+    frames::inspect(&mut pool, sources, args.detecting.options())
+}
+
 /// A picture with the pose of its board, or with the reason why it has none.
 fn placed(
     mut frame: FrameReport,
     camera: &Camera,
     residual: Option<&Field>,
-    board: Option<BoardSize>,
-    square: f64,
+    target: Option<&Target>,
 ) -> FrameReport {
-    let (Some(size), Some([w, h]), true) = (board, frame.image_size_px, frame.found) else { return frame };
+    let (Some(target), Some([w, h]), true) = (target, frame.image_size_px, frame.found) else { return frame };
     if [w, h] != camera.size_px {
         let [cw, ch] = camera.size_px;
         frame.why = format!(
@@ -114,7 +138,6 @@ fn placed(
         );
         return frame;
     }
-    let target = Target::checkerboard(size, square);
     // Where the model alone would show what was seen.
     let modelled =
         |c: &Corner| Some(Corner { px: residual.map_or(Some(c.px), |f| f.modelled(&c.px))?, ..*c });
@@ -123,11 +146,11 @@ fn placed(
             "the residual map of the camera file folds: calibrate again without --residual-map".to_owned();
         return frame;
     };
-    match pose_of(camera, &target, &corners) {
+    match pose_of(camera, target, &corners) {
         Err(error) => frame.why = error.to_string(),
         Ok((pose, residuals)) => {
             let errors = stats::errors(&residuals.iter().map(|r| r.norm()).collect::<Vec<_>>());
-            let stance = stats::stance(&pose, &target);
+            let stance = stats::stance(&pose, target);
             frame.included = true;
             frame.residuals_px = residuals.into_iter().map(Into::into).collect();
             (frame.rms_px, frame.max_px) = (Some(errors.rms), Some(errors.max));

@@ -8,6 +8,8 @@
 mod advice;
 mod target;
 
+pub use target::frame as frame_of;
+
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -111,6 +113,8 @@ impl Entry {
 pub struct Wanted {
     /// Inner corners; `None` finds them from the pictures.
     pub board: Option<BoardSize>,
+    /// What was photographed, where it is no board to be found.
+    pub target: Option<Target>,
     /// Edge of a square, in any unit.
     pub square: f64,
     /// Model to fit.
@@ -155,8 +159,11 @@ pub fn assemble(entries: &[Entry], wanted: &Wanted) -> Assembly {
 
     let mut warnings = Vec::new();
     let first_group: Vec<&Entry> = members(0).filter(|i| copies[*i].is_none()).map(|i| &entries[i]).collect();
-    let target =
-        if wanted.board.is_some() { None } else { target::of(&first_group, wanted.square, &mut warnings) };
+    let target = match &wanted.target {
+        Some(target) => Some(target.clone()),
+        None if wanted.board.is_some() => None,
+        None => target::of(&first_group, wanted.square, &mut warnings),
+    };
     let board = wanted.board.or_else(|| target.as_ref().and_then(Target::grid)).or_else(|| {
         if target.is_some() {
             return None;
@@ -230,14 +237,7 @@ pub fn frame(entry: &Entry, board: Option<BoardSize>) -> FrameReport {
     let (mut frame, seen) = begun(entry);
     let Some(seen) = seen else { return frame };
     match (&seen.finding, board) {
-        (Finding::Corners { corners, why }, _) => {
-            frame.corners.clone_from(corners);
-            frame.why.clone_from(why);
-            if !corners.is_empty() {
-                let full = board.is_some_and(|b| corners.len() == b.len());
-                frame.state = if full { FrameState::Full } else { FrameState::Partial };
-            }
-        }
+        (Finding::Corners { corners, why }, _) => given(&mut frame, corners, why, board.map(BoardSize::len)),
         (Finding::Grid(Detection { grid: None, why }), _) => frame.why.clone_from(why),
         (Finding::Grid(Detection { grid: Some(_), .. }), None) => {
             frame.why = "corners were found, but not the size of the board: give --board".to_owned();
@@ -253,6 +253,16 @@ pub fn frame(entry: &Entry, board: Option<BoardSize>) -> FrameReport {
     }
     frame.found = frame.state.found();
     frame
+}
+
+/// Corners that have their indices already, of so many.
+fn given(frame: &mut FrameReport, corners: &[Corner], why: &str, of: Option<usize>) {
+    frame.corners = corners.to_vec();
+    why.clone_into(&mut frame.why);
+    if !corners.is_empty() {
+        let full = of == Some(corners.len());
+        frame.state = if full { FrameState::Full } else { FrameState::Partial };
+    }
 }
 
 /// What is said of a picture whatever its board, and what was seen in it; none where it could not be read.

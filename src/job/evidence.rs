@@ -32,6 +32,9 @@ pub struct Case {
     pub entries: Arc<Vec<Entry>>,
     /// Inner corners; `None` finds them.
     pub board: Option<BoardSize>,
+    /// What was photographed, where it is no board to be found.
+    #[serde(default)]
+    pub target: Option<Target>,
     /// Models to try, simplest first; the simplest that suffices is taken.
     pub models: Vec<Model>,
     /// Camera to start from, with the name of its file.
@@ -57,6 +60,7 @@ impl Case {
         Self {
             entries: Arc::new(entries),
             board: None,
+            target: None,
             models: vec![Model::Brown5],
             start: None,
             truth: None,
@@ -102,6 +106,7 @@ pub const SET_ASIDE_BY_HAND: &str = "set aside by you";
 pub fn sort_out(case: &Case) -> (Report, Assembly) {
     let wanted = Wanted {
         board: case.board,
+        target: case.target.clone(),
         square: case.settings.square,
         model: case.models.first().copied().unwrap_or(Model::Brown5),
         start: case.start.as_ref().map(|s| s.1.clone()),
@@ -110,7 +115,9 @@ pub fn sort_out(case: &Case) -> (Report, Assembly) {
     let assembly = assemble(&case.entries, &wanted);
     let settings = Settings {
         board: assembly.board,
-        board_is_found: case.board.is_none() && (assembly.board.is_some() || assembly.target.is_some()),
+        board_is_found: case.board.is_none()
+            && case.target.is_none()
+            && (assembly.board.is_some() || assembly.target.is_some()),
         target: assembly.target.clone(),
         images: case.entries.len(),
         model: wanted.model,

@@ -1,6 +1,6 @@
 //! Boards other than checkerboards: which one a set shows, and what a picture shows of it.
 
-use super::{Entry, begun};
+use super::{Entry, Finding, begun, given};
 use crate::calib::{
     circles::{self, bias::radius_of},
     marker::{
@@ -44,7 +44,7 @@ pub(super) fn of(entries: &[&Entry], scale: f64, warnings: &mut Vec<Warning>) ->
 }
 
 /// What a picture shows of such a board.
-pub(super) fn frame(entry: &Entry, target: &Target) -> FrameReport {
+pub fn frame(entry: &Entry, target: &Target) -> FrameReport {
     let (mut frame, seen) = begun(entry);
     let Some(seen) = seen else { return frame };
     match target {
@@ -55,6 +55,13 @@ pub(super) fn frame(entry: &Entry, target: &Target) -> FrameReport {
         Target::Circles { board, .. } => match &seen.other.circles {
             Some(grid) => circles(&mut frame, *board, grid),
             None => frame.why = format!("no circle grid {board} was found in the picture"),
+        },
+        Target::Points { .. } => match &seen.finding {
+            Finding::Corners { corners, why } => given(&mut frame, corners, why, Some(target.len())),
+            Finding::Grid(_) => {
+                let why = "known points are not looked for in pictures: say where they are with --corners";
+                why.clone_into(&mut frame.why);
+            }
         },
         Target::Checkerboard { .. } => {}
     }
