@@ -39,7 +39,7 @@ pub(super) struct Args {
     paths: Vec<PathBuf>,
     #[command(flatten)]
     board: args::Board,
-    /// Camera model: pinhole, radial1, radial2, radial3, brown3, brown4, brown5 (k1 k2 p1 p2 k3), rational, thinprism, tilted, eucm,
+    /// Camera model: pinhole, radial1, radial2, radial3, brown3, brown4, brown5 (k1 k2 p1 p2 k3), brown5skew, rational, thinprism, tilted, eucm,
     /// ds, kb4 (fisheye), or auto for the simplest that errs as little as any in pictures left out of the fit
     #[arg(long, value_name = "MODEL", default_value = "brown5")]
     model: ModelArg,
