@@ -19,7 +19,7 @@ use crate::{
 /// Where corners are, and of what.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Measured {
-    /// Corners from a file instead of pictures: JSON of `detect`, or CSV of other programs, image,id,u,v[,sigma]
+    /// Corners from a file instead of pictures: JSON of `detect`, or CSV of other programs: image,id,u,v and if known sigma
     #[arg(long, value_name = "FILE")]
     pub(super) corners: Option<PathBuf>,
     /// Known points instead of a board, flat or not: CSV, id,x,y,z in a right-handed frame. --corners says where they were seen
