@@ -76,7 +76,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         None => Given { board: None, square: None, target: None, inspected: searched(args)? },
     };
     let entries = inspected.entries;
-    let board = args.board.board.0.or(board).or_else(|| {
+    let told = args.board.board.0.or(board);
+    let board = told.or_else(|| {
         let grids: Vec<_> = entries.iter().filter_map(assemble::Entry::grid).collect();
         let choice = detect::board_of(&grids)?;
         if !choice.doubts.is_empty() {
@@ -100,7 +101,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let settings = Settings {
         camera: args.camera.display().to_string(),
         board: board.map(|b| b.to_string()),
-        board_is_found: args.board.board.0.is_none(),
+        board_is_found: told.is_none() && !is_known,
         square,
         unit,
     };
