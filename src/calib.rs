@@ -14,3 +14,4 @@ pub mod html;
 pub mod npy;
 pub mod report;
 pub mod stmap;
+pub mod survey;

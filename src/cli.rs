@@ -12,6 +12,7 @@ mod experiment;
 mod fail_if;
 mod files;
 mod frames;
+mod measured;
 mod pose;
 mod stmap;
 mod synth;

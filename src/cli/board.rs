@@ -127,7 +127,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 fn looks_the_same(target: &Target) -> bool {
     match target {
         Target::Checkerboard { size, .. } => (size.cols + size.rows).is_multiple_of(2),
-        Target::Markers { .. } | Target::Circles { .. } => false,
+        Target::Markers { .. } | Target::Circles { .. } | Target::Points { .. } => false,
     }
 }
 

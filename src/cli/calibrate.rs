@@ -14,7 +14,9 @@ use super::{
     NO_RESULT,
     args::{self, Fixes, ModelArg},
     fail_if::FailIf,
-    files, frames, print, say, text,
+    files, frames,
+    measured::Measured,
+    print, say, text,
 };
 use crate::{
     calib::{
@@ -30,7 +32,7 @@ use crate::{
     },
 };
 
-/// Calibrate a camera from photographs of a checkerboard
+/// Calibrate a camera from photographs of a board, or from known points that were measured in them
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// Photographs, or folders of them; beside --corners only where the pictures are
@@ -38,7 +40,7 @@ pub(super) struct Args {
     paths: Vec<PathBuf>,
     #[command(flatten)]
     board: args::Board,
-    /// Camera model: pinhole, radial1, radial2, radial3, brown3, brown4, brown5 (k1 k2 p1 p2 k3), rational, thinprism, tilted, eucm,
+    /// Camera model: pinhole, radial1, radial2, radial3, brown3, brown4, brown5 (k1 k2 p1 p2 k3), brown5skew, rational, thinprism, tilted, eucm,
     /// ds, kb4 (fisheye), or auto for the simplest that errs as little as any in pictures left out of the fit
     #[arg(long, value_name = "MODEL", default_value = "brown5")]
     model: ModelArg,
@@ -54,9 +56,8 @@ pub(super) struct Args {
     /// Weights of the corners: sigma (by their predicted accuracy), or none
     #[arg(long, value_name = "WEIGHTS", default_value_t)]
     weights: Weights,
-    /// Corners from a file (JSON of `detect`) instead of pictures
-    #[arg(long, value_name = "FILE")]
-    corners: Option<PathBuf>,
+    #[command(flatten)]
+    measured: Measured,
     /// True camera to compare with: a truth file of `synth` or any camera file
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
@@ -87,8 +88,9 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let begun = Instant::now();
     let inputs = || {
-        let named = [&args.corners, &args.truth, &args.start];
-        args.paths.iter().chain(named.into_iter().flatten()).map(PathBuf::as_path)
+        let named = [&args.truth, &args.start];
+        let paths = args.paths.iter().chain(named.into_iter().flatten()).map(PathBuf::as_path);
+        paths.chain(args.measured.files())
     };
     let results = args.out.iter().map(|o| Path::new(&o.path));
     for path in results
@@ -104,16 +106,17 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let mut settings = args.detecting.settings();
     let mut board = args.board.board.0;
     let mut square = args.board.square.map(|s| (s.value, s.unit));
-    let inspected = match &args.corners {
+    let mut target = None;
+    let inspected = match args.measured.read(&args.paths, None)? {
         None => {
             let sources = frames::sources(&args.paths)?;
             frames::inspect(&mut pool, sources, args.detecting.options())?
         }
-        Some(path) => {
-            let given = inputs::corners(path, &args.paths)?;
+        Some(given) => {
             board = board.or(given.board.map(Design::checkerboard));
             square = square.or(given.square);
-            settings.corners = Some(path.display().to_string());
+            target = given.target;
+            settings.corners = args.measured.corners.as_ref().map(|path| path.display().to_string());
             given.inspected
         }
     };
@@ -122,6 +125,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let mut case = Case {
         board,
+        target,
         models,
         start,
         truth,

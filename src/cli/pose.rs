@@ -5,10 +5,16 @@ use std::{fmt::Write as _, path::PathBuf, process::ExitCode};
 use nalgebra::Vector2;
 use serde::Serialize;
 
-use super::{NO_RESULT, args, files, frames, print, say};
+use super::{
+    NO_RESULT, args, files,
+    frames::{self, Inspected},
+    measured::{Given, Measured},
+    print, say,
+};
 use crate::{
     calib::{
         Result,
+        board::Design,
         calibrate::pose_of,
         camera::Camera,
         circles::bias::corrected,
@@ -26,13 +32,16 @@ use crate::{
 /// Find the pose of the board in pictures of a known camera
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    #[command(flatten)]
-    pictures: args::Pictures,
+    /// Photographs, or folders of them; beside --corners only where the pictures are
+    #[arg(value_name = "PATHS", required_unless_present = "corners")]
+    paths: Vec<PathBuf>,
     /// Camera file of any format
     #[arg(long, value_name = "FILE")]
     camera: PathBuf,
     #[command(flatten)]
     board: args::Board,
+    #[command(flatten)]
+    measured: Measured,
     #[command(flatten)]
     detecting: args::Detecting,
     /// Print one JSON object
@@ -65,16 +74,24 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         say(&format!("note: {note}"));
     }
     let (camera, residual) = (file.camera, file.evidence.residual.as_ref());
-    let sources = frames::sources(&args.pictures.paths)?;
-    if sources.is_empty() {
-        return Err(files::no_pictures(&args.pictures.paths));
-    }
-    let mut pool = frames::pool(args.detecting.threads);
-    let entries = frames::inspect(&mut pool, sources, args.detecting.options())?.entries;
-    let (square, unit) = args.board.square();
-    let all: Vec<_> = entries.iter().collect();
+    let given = args.measured.read(&args.paths, Some(camera.size_px))?;
+    let Given { board, square, target, inspected } = match given {
+        Some(given) => given,
+        None => Given { board: None, square: None, target: None, inspected: searched(args)? },
+    };
+    let entries = inspected.entries;
+    let told = args.board.board.0.or(board.map(Design::checkerboard));
+    let (square, unit) =
+        args.board.square.map(|s| (s.value, s.unit)).or(square).unwrap_or(args.board.square());
+    let is_known = target.is_some();
     let mut warnings = Vec::new();
-    let target = assemble::target_of(&all, args.board.board.0.as_ref(), square, &mut warnings)?;
+    let target = match target {
+        Some(target) => Some(target),
+        None => {
+            let all: Vec<_> = entries.iter().collect();
+            assemble::target_of(&all, told.as_ref(), square, &mut warnings)?
+        }
+    };
     warnings.iter().for_each(|warning| say(&format!("warning: {}", warning.text)));
     let frames: Vec<FrameReport> = entries
         .iter()
@@ -87,7 +104,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             Target::Checkerboard { size, .. } => size.to_string(),
             other => other.words(),
         }),
-        board_is_found: args.board.board.0.is_none(),
+        board_is_found: told.is_none() && !is_known,
         square,
         unit,
     };
@@ -98,6 +115,16 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         print(&table(&frames, unit))?;
     }
     Ok(if found { ExitCode::SUCCESS } else { ExitCode::from(NO_RESULT) })
+}
+
+/// What the pictures show.
+fn searched(args: &Args) -> Result<Inspected> {
+    let sources = frames::sources(&args.paths)?;
+    if sources.is_empty() {
+        return Err(files::no_pictures(&args.paths));
+    }
+    let mut pool = frames::pool(args.detecting.threads);
+    frames::inspect(&mut pool, sources, args.detecting.options())
 }
 
 /// A picture with the pose of its board, or with the reason why it has none.

@@ -1,7 +1,8 @@
 //! From corners to a camera with its evidence: the whole calibration.
 //!
-//! 1. Each observation gets a homography ([`super::homography`]); what cannot be a board is set aside with the reason.
-//! 2. Zhang's closed form ([`super::zhang`]) and focal lengths over the range of lenses start a refinement on a thinned
+//! 1. Each observation gets a homography ([`super::homography`]), or of things that are not flat a projection ([`super::dlt`]);
+//!    what cannot be a board is set aside with the reason.
+//! 2. Zhang's closed form ([`super::zhang`]) or the projections, and focal lengths over the range of lenses start a refinement on a thinned
 //!    set; the best goes on.
 //! 3. Every pose by itself, then everything together ([`super::refine`]), until the scale of the loss and the weights agree
 //!    with the residuals.
@@ -13,6 +14,7 @@ mod choose;
 mod compare;
 mod contradiction;
 mod degenerate;
+mod mirrored;
 mod options;
 mod pose;
 mod prepare;
@@ -29,6 +31,7 @@ use super::{
     observation::{FrameId, Observation},
     refine::{self, State},
     solution::{Calibration, View, Warning},
+    spread::Plane,
     target::Target,
 };
 pub use choose::{simplest_sufficient, worth_trying};
@@ -72,6 +75,11 @@ pub struct Problem {
 /// [`Error::TooFewViews`], [`Error::TooFewCorners`] and [`Error::Degenerate`] where the pictures cannot determine the
 /// camera, [`Error::Invalid`] where the problem contradicts itself, [`Error::Stopped`] where `report` breaks.
 pub fn calibrate(problem: &Problem, report: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<Calibration> {
+    let found = as_given(problem, report);
+    if problem.target.is_solid() { mirrored::checked(problem, found, report) } else { found }
+}
+
+fn as_given(problem: &Problem, report: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<Calibration> {
     let [setup] = &problem.cameras[..] else {
         return Err(Error::Invalid(format!(
             "{} cameras: exactly one is calibrated at a time",
@@ -131,12 +139,17 @@ fn unless_stopped<T>(attempt: Result<T>) -> Result<Option<T>> {
 fn enough(views: &[Seen], constraints: &Constraints, set_aside: &[(FrameId, String)]) -> Result<()> {
     let mut k: Vec<_> = (0..4).filter_map(|i| constraints.free.slot(i)).collect();
     k.dedup();
-    let need = k.len().div_ceil(2).max(1);
+    // A plane says two things about the camera, a thing that is not flat everything.
+    let uneven = views.iter().any(|v| v.plane.relief > Plane::UNEVEN);
+    let need = if uneven { 1 } else { k.len().div_ceil(2).max(1) };
     if views.len() < need {
         // One reason that all share says more than a number.
         return match set_aside {
             [(_, why), rest @ ..] if views.is_empty() && rest.iter().all(|r| r.1 == *why) => {
                 Err(Error::Degenerate(format!("no picture could be used: {why}")))
+            }
+            [(_, why), ..] if views.is_empty() => {
+                Err(Error::Degenerate(format!("no picture could be used; of the first: {why}")))
             }
             _ => Err(Error::TooFewViews { need, got: views.len() }),
         };
@@ -200,7 +213,7 @@ fn finish(
     let corners: usize = views.iter().map(|v| v.px.len()).sum();
     let sigma0_px = fitted.sigma0_px(2 * corners - free.len() - 6 * views.len());
     let at = refine::Problem { spec, free, blocks: &fitted.blocks, huber_px: None, single_precision: false };
-    let covariance = degenerate::check(&at, setup, &fitted, sigma0_px, &chosen.singular_values, tick)?;
+    let covariance = degenerate::check(&at, setup, views, &fitted, sigma0_px, &chosen.singular_values, tick)?;
     let params = fitted.refined.state.params.clone();
     let camera = Camera { model: setup.model, size_px: setup.size_px, params };
     let sigma: Vec<Option<f64>> =
@@ -312,3 +325,6 @@ fn warnings(result: &Calibration) -> Vec<Warning> {
     }
     list
 }
+
+#[cfg(test)]
+mod tests;

@@ -7,6 +7,7 @@
 mod at;
 pub mod brown;
 pub mod brown_fewer;
+pub mod brown_skew;
 pub mod double_sphere;
 pub mod eucm;
 pub mod kannala_brandt;
@@ -131,6 +132,8 @@ pub enum Model {
     Brown4,
     /// Brown–Conrady with k1 k2 p1 p2 k3 (OpenCV's five).
     Brown5,
+    /// Those five and a skew: MATLAB's fullest.
+    Brown5Skew,
     /// OpenCV's eight.
     Rational,
     /// OpenCV's twelve.
@@ -147,7 +150,7 @@ pub enum Model {
 
 impl Model {
     /// All models, simplest first.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Pinhole,
         Self::Radial1,
         Self::Radial2,
@@ -155,6 +158,7 @@ impl Model {
         Self::Radial3,
         Self::Brown4,
         Self::Brown5,
+        Self::Brown5Skew,
         Self::Rational,
         Self::ThinPrism,
         Self::Tilted,
@@ -176,6 +180,7 @@ impl Model {
             Self::Radial3 => &brown_fewer::RADIAL3,
             Self::Brown4 => &brown_fewer::BROWN4,
             Self::Brown5 => &brown::SPEC,
+            Self::Brown5Skew => &brown_skew::SPEC,
             Self::Rational => &rational::SPEC,
             Self::ThinPrism => &thin_prism::SPEC,
             Self::Tilted => &tilted::SPEC,

@@ -79,6 +79,9 @@ pub struct Influence {
     pub role: Role,
 }
 
+/// Share of the picture, by weight, that the others must determine.
+const MOST: f64 = 0.5;
+
 /// The influence of every view, in the order of the views; `None` for a view without which the others do not determine the camera. A
 /// camera of which nothing is free is moved by nothing.
 ///
@@ -101,7 +104,8 @@ pub fn of(
         if report(i as f32 / set.blocks.len() as f32).is_break() {
             return None;
         }
-        list.push(set.without(i).map(|without| set.influence(&without, view.rms_px > OUTLYING * usual)));
+        let outlying = view.rms_px > OUTLYING * usual;
+        list.push(set.without(i).and_then(|without| set.influence(&without, outlying)));
     }
     Some(list)
 }
@@ -256,7 +260,8 @@ impl<'a> Set<'a> {
         Some(left)
     }
 
-    fn influence(&self, without: &Calibration, fits_badly: bool) -> Influence {
+    /// `None` where the others leave most of the picture undetermined.
+    fn influence(&self, without: &Calibration, fits_badly: bool) -> Option<Influence> {
         let moved = displacement(&self.calibration.camera, &without.camera, &self.pixels, &self.weights);
         let variances = self.variances_of(without);
         // Sums of: weights, squares of the way, growth of the variance, the variance itself.
@@ -270,6 +275,9 @@ impl<'a> Set<'a> {
             }
         }
         let [total, squares, growth, variance] = sums;
+        if total < MOST * self.weights.iter().sum::<f64>() {
+            return None;
+        }
         let mean = |sum: f64| if total > 0.0 { (sum / total).sqrt() } else { 0.0 };
         let (moves_px, by_chance_px, sigma) = (mean(squares), mean(growth), mean(variance));
         let certainty = if variance > 0.0 { (1.0 + growth / variance).sqrt() - 1.0 } else { 0.0 };
@@ -282,7 +290,7 @@ impl<'a> Set<'a> {
         } else {
             Role::Fine
         };
-        Influence { moves_px, by_chance_px, certainty, role }
+        Some(Influence { moves_px, by_chance_px, certainty, role })
     }
 }
 

@@ -8,7 +8,8 @@
 //! * **Pixels**: `(0, 0)` is the *centre* of the top-left pixel; x right, y down. Everything inside is in this
 //!   origin (OpenCV's); formats with another origin convert at their border.
 //! * **Camera frame**: x right, y down, z forward. **Board frame**: x along the columns, y along the rows,
-//!   z away from the camera's side; board points have z = 0; the origin is corner 0.
+//!   z away from the camera's side; board points have z = 0; the origin is corner 0. Surveyed points keep the frame in which
+//!   they were given, which must be right-handed.
 //! * **Transforms** are named `a_from_b`, points `x_in_a`: `camera_from_board * point_in_board` is a point in
 //!   the camera frame.
 //! * **Index** of a corner = `row · columns + column` over the full board of inner corners, also when only a
@@ -27,6 +28,7 @@ pub mod calibrate;
 pub mod camera;
 pub mod circles;
 pub mod detect;
+pub mod dlt;
 pub mod error;
 pub mod homography;
 pub mod image;
@@ -44,6 +46,7 @@ pub mod refine;
 pub mod residual;
 pub mod solution;
 pub mod splined;
+pub mod spread;
 pub mod stats;
 mod surface;
 pub mod synth;

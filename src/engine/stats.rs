@@ -156,8 +156,16 @@ pub struct Stance {
 
 /// Tilt, roll and distance of a board.
 pub fn stance(camera_from_board: &Pose, target: &Target) -> Stance {
+    // Surveyed points may have been written down with z towards the camera.
+    let tilt_rad = match target {
+        Target::Points { .. } => {
+            let normal = camera_from_board.rotation * target.normal_in_board();
+            normal.x.hypot(normal.y).atan2(normal.z.abs())
+        }
+        _ => camera_from_board.tilt_rad(),
+    };
     Stance {
-        tilt_rad: camera_from_board.tilt_rad(),
+        tilt_rad,
         roll_rad: camera_from_board.roll_rad(),
         distance: camera_from_board.apply(&target.center_in_board()).coords.norm(),
     }

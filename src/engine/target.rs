@@ -1,6 +1,8 @@
 //! The known object in front of the camera.
 
-use nalgebra::Point3;
+mod points;
+
+use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
@@ -10,6 +12,7 @@ use super::{
     json::need,
     marker::board::MarkerBoard,
 };
+pub use points::PointSet;
 
 /// Unit of a typed length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -216,6 +219,11 @@ pub enum Target {
         /// Radius of a circle in the same unit, as the pictures show it.
         radius: f64,
     },
+    /// Surveyed points, flat or not, in the user's unit.
+    Points {
+        /// The points.
+        points: PointSet,
+    },
 }
 
 /// All targets in one, for the reason of [`MarkerBoard`]'s.
@@ -228,6 +236,7 @@ struct Wire {
     scale: Option<f64>,
     spacing: Option<f64>,
     radius: Option<f64>,
+    points: Option<PointSet>,
 }
 
 impl TryFrom<Wire> for Target {
@@ -249,6 +258,7 @@ impl TryFrom<Wire> for Target {
                 spacing: need(wire.spacing, "spacing")?,
                 radius: need(wire.radius, "radius")?,
             },
+            "points" => Self::Points { points: need(wire.points, "points")? },
             other => return Err(format!("unknown kind of target `{other}`")),
         })
     }
@@ -266,6 +276,7 @@ impl Target {
             Self::Checkerboard { size, .. } => size.len(),
             Self::Markers { board, .. } => board.points().len(),
             Self::Circles { board, .. } => board.len(),
+            Self::Points { points } => points.points().len(),
         }
     }
 
@@ -282,6 +293,7 @@ impl Target {
                 format!("{kind} {columns} × {rows}")
             }
             Self::Circles { board, .. } => format!("Circles {} × {}", board.size.cols, board.size.rows),
+            Self::Points { .. } => format!("{} points", self.len()),
         }
     }
 
@@ -291,6 +303,9 @@ impl Target {
             Self::Checkerboard { .. } => String::new(),
             Self::Markers { board, .. } => board.to_string(),
             Self::Circles { board, .. } => format!("circle grid {board}"),
+            Self::Points { .. } => {
+                format!("{} known points{}", self.len(), if self.is_solid() { "" } else { " in a plane" })
+            }
         }
     }
 
@@ -302,7 +317,20 @@ impl Target {
                 Some(BoardSize { cols: b.columns.saturating_sub(1), rows: b.rows.saturating_sub(1) })
             }
             Self::Circles { board: CircleBoard { kind: Kind::Symmetric, size }, .. } => Some(size),
-            Self::Markers { .. } | Self::Circles { .. } => None,
+            Self::Markers { .. } | Self::Circles { .. } | Self::Points { .. } => None,
+        }
+    }
+
+    /// Whether its points are not in a plane: then one picture may determine a camera.
+    pub fn is_solid(&self) -> bool {
+        matches!(self, Self::Points { points } if points.plane().is_solid())
+    }
+
+    /// Normal of the plane that its points are in or near, in the board frame.
+    pub fn normal_in_board(&self) -> Vector3<f64> {
+        match self {
+            Self::Points { points } => points.plane().normal_in_board(),
+            _ => Vector3::z(),
         }
     }
 
@@ -313,13 +341,14 @@ impl Target {
 
     /// Point `index` in the board frame; `None` outside the target.
     pub fn point_in_board(&self, index: u32) -> Option<Point3<f64>> {
-        match *self {
-            Self::Checkerboard { size, square } => ((index as usize) < size.len()).then(|| {
+        match self {
+            &Self::Checkerboard { size, square } => ((index as usize) < size.len()).then(|| {
                 let [col, row] = size.at(index);
                 Point3::new(f64::from(col) * square, f64::from(row) * square, 0.0)
             }),
-            Self::Markers { board, scale } => board.points().get(index as usize).map(|p| p * scale),
-            Self::Circles { board, spacing, .. } => board.point(index, spacing),
+            Self::Markers { board, scale } => board.points().get(index as usize).map(|p| p * *scale),
+            Self::Circles { board, spacing, .. } => board.point(index, *spacing),
+            Self::Points { points } => points.points().get(index as usize).copied(),
         }
     }
 
@@ -333,16 +362,24 @@ impl Target {
 
     /// Smallest and largest x and y of its points.
     pub fn extent(&self) -> [[f64; 2]; 2] {
+        let [low, high] = self.bounds();
+        [[low.x, low.y], [high.x, high.y]]
+    }
+
+    /// Corners of the box about its points, along the axes of the board frame.
+    fn bounds(&self) -> [Point3<f64>; 2] {
         let points = self.points_in_board();
-        let bound =
-            |k: usize, pick: fn(f64, f64) -> f64| points.iter().map(|p| p[k]).reduce(pick).unwrap_or(0.0);
-        [[bound(0, f64::min), bound(1, f64::min)], [bound(0, f64::max), bound(1, f64::max)]]
+        let bound = |pick: fn(f64, f64) -> f64| {
+            let extreme = points.iter().map(|p| p.coords).reduce(|a, b| a.zip_map(&b, pick));
+            Point3::from(extreme.unwrap_or_default())
+        };
+        [bound(f64::min), bound(f64::max)]
     }
 
     /// Centre of the target in the board frame.
     pub fn center_in_board(&self) -> Point3<f64> {
-        let [[x0, y0], [x1, y1]] = self.extent();
-        Point3::new((x0 + x1) / 2.0, (y0 + y1) / 2.0, 0.0)
+        let [low, high] = self.bounds();
+        nalgebra::center(&low, &high)
     }
 }
 
@@ -385,5 +422,27 @@ mod tests {
         assert_eq!(t.point_in_board(5), Some(Point3::new(50.0, 25.0, 0.0)));
         assert_eq!(t.point_in_board(6), None);
         assert_eq!((t.points_in_board().len(), t.center_in_board()), (6, Point3::new(25.0, 12.5, 0.0)));
+    }
+
+    #[test]
+    fn known_points_read_back() {
+        let list = |n: usize| -> Vec<(String, Point3<f64>)> {
+            (0..n).map(|i| (format!("p{i}"), Point3::new(i as f64, (i * i) as f64, 0.0))).collect()
+        };
+        let target = Target::Points { points: PointSet::new(list(5)).unwrap() };
+        let json = serde_json::to_string(&target).unwrap();
+        assert!(json.contains(r#"{"kind":"points","points":[["p0",0.0,0.0,0.0],"#), "{json}");
+        assert_eq!(serde_json::from_str::<Target>(&json).unwrap(), target);
+        assert_eq!((target.len(), target.point_in_board(5)), (5, None));
+        assert_eq!(target.point_in_board(2), Some(Point3::new(2.0, 4.0, 0.0)));
+        assert_eq!(target.center_in_board(), Point3::new(2.0, 8.0, 0.0));
+        let mut twice = list(5);
+        twice[3].0 = "p1".to_owned();
+        let line =
+            (0..5).map(|i| (i.to_string(), Point3::new(1.0, f64::from(i), 2.0 * f64::from(i)))).collect();
+        for (bad, says) in [(list(3), "at least 4"), (twice, "p1 is given twice"), (line, "on a line")] {
+            let error = PointSet::new(bad).unwrap_err().to_string();
+            assert!(error.contains(says), "{error}");
+        }
     }
 }

@@ -112,6 +112,8 @@ impl Entry {
 pub struct Wanted {
     /// The board; `None` finds it from the pictures.
     pub board: Option<Design>,
+    /// What was photographed, where it is no board to be found.
+    pub target: Option<Target>,
     /// Edge of a square, in any unit.
     pub square: f64,
     /// Model to fit.
@@ -154,7 +156,10 @@ pub fn assemble(entries: &[Entry], wanted: &Wanted) -> Assembly {
 
     let mut warnings = Vec::new();
     let first_group: Vec<&Entry> = members(0).filter(|i| copies[*i].is_none()).map(|i| &entries[i]).collect();
-    let found = target_of(&first_group, wanted.board.as_ref(), wanted.square, &mut warnings);
+    let found = match &wanted.target {
+        Some(target) => Ok(Some(target.clone())),
+        None => target_of(&first_group, wanted.board.as_ref(), wanted.square, &mut warnings),
+    };
     let (target, why) = match found {
         Ok(target) => (target, None),
         Err(error) => (None, Some(error)),
@@ -246,14 +251,7 @@ pub fn frame(entry: &Entry, target: Option<&Target>) -> FrameReport {
         Some(other) => return target::frame(frame, seen, other),
     };
     match (&seen.finding, size) {
-        (Finding::Corners { corners, why }, _) => {
-            frame.corners.clone_from(corners);
-            frame.why.clone_from(why);
-            if !corners.is_empty() {
-                let full = target.is_some_and(|t| corners.len() == t.len());
-                frame.state = if full { FrameState::Full } else { FrameState::Partial };
-            }
-        }
+        (Finding::Corners { corners, why }, _) => given(&mut frame, corners, why, target.map(Target::len)),
         (Finding::Grid(Detection { grid: None, why }), _) => frame.why.clone_from(why),
         (Finding::Grid(Detection { grid: Some(_), .. }), None) => {
             frame.why = "corners were found, but not the size of the board: give --board".to_owned();
@@ -269,6 +267,16 @@ pub fn frame(entry: &Entry, target: Option<&Target>) -> FrameReport {
     }
     frame.found = frame.state.found();
     frame
+}
+
+/// Corners that have their indices already, of so many.
+fn given(frame: &mut FrameReport, corners: &[Corner], why: &str, of: Option<usize>) {
+    frame.corners = corners.to_vec();
+    why.clone_into(&mut frame.why);
+    if !corners.is_empty() {
+        let full = of == Some(corners.len());
+        frame.state = if full { FrameState::Full } else { FrameState::Partial };
+    }
 }
 
 /// What is said of a picture whatever its board, and what was seen in it; none where it could not be read.

@@ -35,6 +35,9 @@ pub struct Case {
     pub entries: Arc<Vec<Entry>>,
     /// The board; `None` finds it.
     pub board: Option<Design>,
+    /// What was photographed, where it is no board to be found.
+    #[serde(default)]
+    pub target: Option<Target>,
     /// Models to try, simplest first; the simplest that suffices is taken.
     pub models: Vec<Model>,
     /// Camera to start from, with the name of its file.
@@ -60,6 +63,7 @@ impl Case {
         Self {
             entries: Arc::new(entries),
             board: None,
+            target: None,
             models: vec![Model::Brown5],
             start: None,
             truth: None,
@@ -105,6 +109,7 @@ pub const SET_ASIDE_BY_HAND: &str = "set aside by you";
 pub fn sort_out(case: &Case) -> (Report, Assembly) {
     let wanted = Wanted {
         board: case.board,
+        target: case.target.clone(),
         square: case.settings.square,
         model: case.models.first().copied().unwrap_or(Model::Brown5),
         start: case.start.as_ref().map(|s| s.1.clone()),
@@ -113,7 +118,7 @@ pub fn sort_out(case: &Case) -> (Report, Assembly) {
     let assembly = assemble(&case.entries, &wanted);
     let settings = Settings {
         board: assembly.target.as_ref().and_then(Target::grid),
-        board_is_found: case.board.is_none() && assembly.target.is_some(),
+        board_is_found: case.board.is_none() && case.target.is_none() && assembly.target.is_some(),
         target: assembly.target.clone().filter(|t| !matches!(t, Target::Checkerboard { .. })),
         images: case.entries.len(),
         model: wanted.model,

@@ -123,6 +123,7 @@ fn origin(page: &Page, target: &Target) -> [f64; 2] {
             [page.black[0][0] - scale * first[0], page.black[0][1] - scale * first[1]]
         }
         Target::Circles { .. } => [page.discs[0][0], page.discs[0][1]],
+        Target::Points { .. } => unreachable!("no sheet is printed of points"),
     }
 }
 
@@ -194,6 +195,7 @@ fn found_again(sheet: &Sheet) -> f64 {
             assert_eq!(circles::board_of(&grids.iter().collect::<Vec<_>>()).unwrap().board, *board);
             grids.iter().map(|g| g.assign(*board).unwrap().corners).collect()
         }
+        Target::Points { .. } => unreachable!("no sheet is printed of points"),
     };
     let mut worst = 0.0f64;
     for (corners, pose) in seen.iter().zip(&poses) {

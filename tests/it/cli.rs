@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod calibrate;
+mod known_points;
 mod residual_map;
 
 use std::{

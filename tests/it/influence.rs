@@ -5,6 +5,7 @@ use std::{ops::ControlFlow, process::Command};
 use nalgebra::Vector2;
 use straightedge::calib::{
     calibrate::{CameraSetup, Loss, Options, Problem, calibrate},
+    camera::Model,
     influence::{Role, displacement, left_out, of},
     observation::{FrameId, Observation},
     report::Report,
@@ -14,10 +15,10 @@ use straightedge::calib::{
 
 use crate::detection::data;
 
-/// A set as the program finds its corners.
-fn problem(set: &str) -> Option<(Report, Problem)> {
+/// A set as the program finds its corners and calibrates this model; `None` where it is absent.
+pub(super) fn problem(set: &str, model: Model) -> Option<(Report, Problem)> {
     let output = Command::new(env!("CARGO_BIN_EXE_straightedge"))
-        .args(["calibrate", "--json"])
+        .args(["calibrate", "--json", "--model", model.spec().name])
         .arg(data(set)?)
         .output()
         .unwrap();
@@ -34,14 +35,14 @@ fn problem(set: &str) -> Option<(Report, Problem)> {
     Some((report, problem))
 }
 
-fn solve(problem: &Problem) -> Calibration {
+pub(super) fn solve(problem: &Problem) -> Calibration {
     calibrate(problem, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 #[test]
 fn is_that_of_calibrations_without_the_picture() {
     for set in ["opencv_left", "opencv_right", "udacity_lane"] {
-        let Some((_, problem)) = problem(set) else { continue };
+        let Some((_, problem)) = problem(set, Model::Brown5) else { continue };
         let whole = solve(&problem);
         let [w, h] = whole.camera.size_px.map(f64::from);
         let pixels: Vec<Vector2<f64>> = (0..130)
@@ -72,7 +73,7 @@ fn is_that_of_calibrations_without_the_picture() {
 /// Pictures that have nothing to do with the camera are named first.
 #[test]
 fn of_a_stretched_picture_is_harmful() {
-    let Some((report, mut problem)) = problem("opencv_left") else { return };
+    let Some((report, mut problem)) = problem("opencv_left", Model::Brown5) else { return };
     assert!(report.frames.iter().all(|f| f.influence.is_some_and(|i| i.role != Role::Harmful)));
     // Zoomed by 3 % about the middle of the picture.
     for corner in &mut problem.observations[4].corners {

@@ -14,6 +14,7 @@ mod cli;
 mod cli_tools;
 mod detection;
 mod experiment;
+mod fisheyes;
 mod formats;
 mod influence;
 mod layers;

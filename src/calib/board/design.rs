@@ -67,6 +67,7 @@ impl Design {
             ..Self::new(kind, BoardSize { cols, rows })
         };
         Some(match *target {
+            Target::Points { .. } => return None,
             Target::Checkerboard { size, .. } => Self::checkerboard(size),
             Target::Circles { board: CircleBoard { kind, size }, spacing, radius } => {
                 let kind = match kind {

@@ -147,6 +147,7 @@ fn ink(target: &Target) -> Result<Ink> {
             discs.extend(target.points_in_board().iter().map(|p| [p.x, p.y, *radius]));
             Vec::new()
         }
+        Target::Points { .. } => Vec::new(),
     };
     let boxes = || {
         let of_discs = discs.iter().map(|[x, y, r]| [x - r, y - r, 2.0 * r, 2.0 * r]);

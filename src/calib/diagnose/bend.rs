@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::Facts;
-use crate::calib::stats::chi2_below;
+use crate::calib::{stats::chi2_below, target::Target};
 
 /// A board whose corners do not lie in one plane.
 pub(super) struct Bend {
@@ -23,7 +23,8 @@ const NOTABLE: f64 = 0.15;
 /// bound. Under a flat board the squares explained follow χ² with as many degrees of freedom as there are heights.
 pub(super) fn of(facts: &Facts<'_>) -> Option<Bend> {
     let solution = facts.solution?;
-    let target = facts.report.settings.target()?;
+    // The heights of surveyed points are known.
+    let target = facts.report.settings.target().filter(|t| !matches!(t, Target::Points { .. }))?;
     let mut sums: Vec<[f64; 2]> = Vec::new();
     let (mut total, mut count) = (0.0, 0usize);
     for (_, frame) in &facts.used {

@@ -14,6 +14,7 @@ use crate::calib::{
         regions::{self, Region},
         spatial::Moran,
     },
+    target::Target,
     uncertainty::Uncertainty,
 };
 
@@ -50,8 +51,11 @@ impl<'a> Facts<'a> {
         self.bend.get_or_init(|| bend::of(self)).as_ref()
     }
 
-    /// The strongest tilt of a board.
+    /// The strongest tilt of a board; none for things that are not flat, which need not be tilted.
     pub(super) fn most_tilt_deg(&self) -> Option<f64> {
+        if self.report.settings.target.as_ref().is_some_and(Target::is_solid) {
+            return None;
+        }
         self.used.iter().filter_map(|(_, f)| f.tilt_rad.map(f64::to_degrees)).reduce(f64::max)
     }
 

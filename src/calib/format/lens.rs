@@ -40,6 +40,25 @@ pub(super) fn opencv(size_px: [u32; 2], intrinsics: [f64; 4], coefficients: &[f6
     Camera::new(model, size_px, params)
 }
 
+/// A camera with a skew beside its terms, px; one without where that is zero.
+///
+/// # Errors
+/// [`Error::Unsupported`] for more terms than Brown's five, [`Error::Invalid`] for a value that no camera may have.
+pub(super) fn with_skew(camera: Camera, skew: f64) -> Result<Camera> {
+    if skew == 0.0 {
+        return Ok(camera);
+    }
+    let model = Model::Brown5Skew;
+    let plain = in_terms_of(&camera, model).ok_or_else(|| {
+        Error::Unsupported(format!("a skew beside {} is not supported", camera.spec().title))
+    })?;
+    let mut params = plain.params;
+    if let Some(value) = model.spec().index("skew").and_then(|i| params.get_mut(i)) {
+        *value = skew;
+    }
+    Camera::new(model, plain.size_px, params)
+}
+
 /// Kannala–Brandt from `fx fy cx cy` (origin at the centre of the first pixel) and `k1 k2 k3 k4`.
 ///
 /// # Errors
@@ -99,7 +118,12 @@ pub(super) fn held<'a>(
             Err(error) => why = error.to_string(),
         }
     }
-    let (fitted, error) = best.ok_or_else(|| {
+    // Many terms may fold where a few do not: a skew makes them.
+    let plain = || {
+        let (fitted, error) = camera.refit(Model::Brown5).ok().filter(|_| camera.spec().perspective)?;
+        Some((has.iter().find_map(|model| in_terms_of(&fitted, *model))?, error))
+    };
+    let (fitted, error) = best.or_else(plain).ok_or_else(|| {
         Error::Unsupported(format!(
             "{program} has no model for this lens ({title}): {why}; choose another format"
         ))
@@ -142,6 +166,21 @@ mod tests {
         assert_eq!(read(&[0.0; 13].map(|_| 0.01)), Model::Tilted);
         let nan = opencv([640, 480], [500.0, 500.0, 319.5, 239.5], &[f64::NAN]);
         assert!(nan.is_err() && opencv([640, 480], [500.0; 4], &[0.1; 15]).is_err());
+    }
+
+    #[test]
+    fn a_skew_makes_a_model_of_its_own() {
+        let plain = opencv([640, 480], [500.0, 501.0, 319.5, 239.5], &[0.1, -0.2]).unwrap();
+        assert_eq!(with_skew(plain.clone(), 0.0).unwrap(), plain);
+        let skewed = with_skew(plain, 2.5).unwrap();
+        assert_eq!(
+            (skewed.model, skewed.get("k2"), skewed.get("skew")),
+            (Model::Brown5Skew, Some(-0.2), Some(2.5))
+        );
+        let rational = opencv([640, 480], [500.0, 501.0, 319.5, 239.5], &[0.1; 8]).unwrap();
+        assert!(with_skew(rational, 1.0).is_err());
+        let nan = opencv([640, 480], [500.0, 501.0, 319.5, 239.5], &[]).unwrap();
+        assert!(with_skew(nan, f64::NAN).is_err());
     }
 
     #[test]

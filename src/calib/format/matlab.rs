@@ -20,7 +20,7 @@ pub(super) const FORMAT: Format = Format {
     extensions: &["m"],
     usual: &["m"],
     stem: "camera",
-    convention: "The first pixel is (1, 1): cx and cy are one pixel larger than OpenCV's. Radial k1 k2 k3, tangential p1 p2.",
+    convention: "The first pixel is (1, 1): cx and cy are one pixel larger than OpenCV's. Radial k1 k2 k3, tangential p1 p2, skew.",
     lacks: "rational and further terms (refitted), fisheye lenses beyond 90°, poses, sigmas",
     write,
     read,
@@ -31,14 +31,22 @@ pub(super) const FORMAT: Format = Format {
 const ORIGIN: f64 = 1.0;
 
 fn write(export: &Export<'_>) -> Result<Draft> {
-    let (camera, note) =
-        held(export.camera, &[Model::Brown5], &[Model::Brown5], "MATLAB's cameraIntrinsics")?;
+    let (camera, note) = held(
+        export.camera,
+        &[Model::Brown5, Model::Brown5Skew],
+        &[Model::Brown5],
+        "MATLAB's cameraIntrinsics",
+    )?;
     let [fx, fy, cx, cy] = moved(camera.intrinsics(), ORIGIN);
     let [k1, k2, p1, p2, k3] = ["k1", "k2", "p1", "p2", "k3"].map(|name| camera.get(name).unwrap_or(0.0));
     let [w, h] = camera.size_px;
     let list = |values: &[f64]| joined(values, " ");
+    let skew = match camera.get("skew") {
+        Some(skew) if skew != 0.0 => format!(", 'Skew', {}", list(&[skew])),
+        _ => String::new(),
+    };
     let text = format!(
-        "% MATLAB counts pixels from 1: the principal point is one larger than in OpenCV.\nintrinsics = cameraIntrinsics([{}], [{}], [{h} {w}], ...\n    'RadialDistortion', [{}], 'TangentialDistortion', [{}]);\n",
+        "% MATLAB counts pixels from 1: the principal point is one larger than in OpenCV.\nintrinsics = cameraIntrinsics([{}], [{}], [{h} {w}], ...\n    'RadialDistortion', [{}], 'TangentialDistortion', [{}]{skew});\n",
         list(&[fx, fy]),
         list(&[cx, cy]),
         list(&[k1, k2, k3]),
@@ -65,10 +73,7 @@ fn read(text: &str) -> Result<Content> {
     let (plain, named) = by_name(&arguments);
     let value = |text: &str, field: &str| numbers(text, field, &script, 0);
     let optional = |field: &str| named.get(field).map_or(Ok(Vec::new()), |t| value(t, field));
-    if optional("Skew")?.iter().any(|s| *s != 0.0) {
-        return Err(Error::Unsupported("Skew is not zero: cameras with skew are not supported".to_owned()));
-    }
-    let (k, image_size) = if name == "cameraIntrinsics" {
+    let (k, skew, image_size) = if name == "cameraIntrinsics" {
         let pair = |i: usize, field: &str| {
             let text = plain.get(i).ok_or_else(|| wrong(format!("{field} is missing")))?;
             match value(text, field)?.as_slice() {
@@ -78,7 +83,8 @@ fn read(text: &str) -> Result<Content> {
             }
         };
         let ([fx, fy], [cx, cy]) = (pair(0, "focalLength")?, pair(1, "principalPoint")?);
-        ([fx, fy, cx, cy], pair(2, "imageSize")?)
+        let skew = optional("Skew")?.first().copied().unwrap_or(0.0);
+        ([fx, fy, cx, cy], skew, pair(2, "imageSize")?)
     } else {
         let (field, mut matrix) = match (named.get("K"), named.get("IntrinsicMatrix")) {
             (Some(t), _) => ("K", value(t, "K")?),
@@ -90,7 +96,9 @@ fn read(text: &str) -> Result<Content> {
         }
         let size = array(&optional("ImageSize")?)
             .ok_or_else(|| wrong("the argument ImageSize (two numbers) is missing"))?;
-        (camera_matrix(field, &matrix)?, size)
+        // The only place of a skew is the matrix.
+        let skew = matrix.get_mut(1).map_or(0.0, std::mem::take);
+        (camera_matrix(field, &matrix)?, skew, size)
     };
     let radial = optional("RadialDistortion")?;
     let tangential = optional("TangentialDistortion")?;
@@ -110,7 +118,8 @@ fn read(text: &str) -> Result<Content> {
         }
     };
     let [rows, columns] = image_size;
-    Ok(lens::opencv(size_px(columns, rows)?, moved(k, -ORIGIN), &[k1, k2, p1, p2, k3])?.into())
+    let plain = lens::opencv(size_px(columns, rows)?, moved(k, -ORIGIN), &[k1, k2, p1, p2, k3])?;
+    Ok(lens::with_skew(plain, skew)?.into())
 }
 
 /// Without comments and line continuations.

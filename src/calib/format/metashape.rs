@@ -1,7 +1,7 @@
 //! Agisoft Metashape XML: the lens file, and on reading also the sensor of a camera export.
 //!
 //! The principal point is given from the middle of the picture, and the top-left *corner* is (0, 0):
-//! `cx_ms = cx + 0.5 − w/2`. One focal length `f = fy` with `b1 = fx − fy`; `P1` and `P2` are OpenCV's `p2` and `p1`.
+//! `cx_ms = cx + 0.5 − w/2`. One focal length `f = fy` with the affinity `b1 = fx − fy` and the skew `b2`; `P1` and `P2` are OpenCV's `p2` and `p1`.
 //! Terms that are zero may be absent.
 
 use std::fmt::Write as _;
@@ -25,7 +25,7 @@ pub(super) const FORMAT: Format = Format {
     extensions: &["xml"],
     usual: &["xml"],
     stem: "camera",
-    convention: "The principal point counts from the middle of the picture. k1 k2 k3; P1 is OpenCV's p2 and P2 is p1; f is fy, b1 is fx − fy. A fisheye is equidistant with k1 k2 k3 k4.",
+    convention: "The principal point counts from the middle of the picture. k1 k2 k3; P1 is OpenCV's p2 and P2 is p1; f is fy, b1 is fx − fy, b2 the skew. A fisheye is equidistant with k1 k2 k3 k4.",
     lacks: "rational and further terms, double sphere and EUCM (refitted), poses, sigmas",
     write,
     read,
@@ -35,8 +35,8 @@ pub(super) const FORMAT: Format = Format {
 };
 
 fn write(export: &Export<'_>) -> Result<Draft> {
-    let models = &[Model::Brown5, Model::Kb4];
-    let (camera, note) = held(export.camera, models, models, "Metashape")?;
+    let has = &[Model::Brown5, Model::Kb4, Model::Brown5Skew];
+    let (camera, note) = held(export.camera, has, &[Model::Brown5, Model::Kb4], "Metashape")?;
     let projection = if camera.model == Model::Kb4 { "fisheye" } else { "frame" };
     let [fx, fy, cx, cy] = camera.intrinsics();
     let term = |name: &str| camera.get(name).unwrap_or(0.0);
@@ -50,7 +50,7 @@ fn write(export: &Export<'_>) -> Result<Draft> {
         ("cx", center(cx, w)),
         ("cy", center(cy, h)),
         ("b1", fx - fy),
-        ("b2", 0.0),
+        ("b2", term("skew")),
         ("k1", term("k1")),
         ("k2", term("k2")),
         ("k3", term("k3")),
@@ -139,12 +139,12 @@ fn read_calibration(calibration: Xml<'_, '_>) -> Result<Camera> {
             )));
         }
     }
-    let beyond: &[&str] = if fisheye { &["b2", "p1", "p2", "p3", "p4"] } else { &["b2", "k4", "p3", "p4"] };
+    let beyond: &[&str] = if fisheye { &["b2", "p1", "p2", "p3", "p4"] } else { &["k4", "p3", "p4"] };
     for name in beyond.iter().copied() {
         let v = value(name)?;
         if v != 0.0 {
             return Err(Error::Unsupported(format!(
-                "{name} = {v}: only f cx cy b1 k1 k2 k3 with p1 p2 (frame) or k4 (fisheye) are supported"
+                "{name} = {v}: only f cx cy b1 k1 k2 k3 with b2 p1 p2 (frame) or k4 (fisheye) are supported"
             )));
         }
     }
@@ -154,5 +154,6 @@ fn read_calibration(calibration: Xml<'_, '_>) -> Result<Camera> {
     if fisheye {
         return lens::fisheye(size, intrinsics, &[value("k1")?, value("k2")?, value("k3")?, value("k4")?]);
     }
-    lens::opencv(size, intrinsics, &[value("k1")?, value("k2")?, value("p2")?, value("p1")?, value("k3")?])
+    let terms = [value("k1")?, value("k2")?, value("p2")?, value("p1")?, value("k3")?];
+    lens::with_skew(lens::opencv(size, intrinsics, &terms)?, value("b2")?)
 }

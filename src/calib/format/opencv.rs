@@ -161,7 +161,7 @@ pub(super) fn camera_matrix(name: &str, k: &[f64]) -> Result<[f64; 4]> {
     }
     if skew != 0.0 {
         return Err(Error::Unsupported(format!(
-            "{name} has a skew of {skew}: cameras with skew are not supported"
+            "{name} has a skew of {skew}: OpenCV and what follows it have none, so it is not clear what is meant"
         )));
     }
     Ok([fx, fy, cx, cy])

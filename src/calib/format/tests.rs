@@ -124,6 +124,38 @@ fn matlab_gives_rows_before_columns_and_metashape_swaps_the_tangential_terms() {
 }
 
 #[test]
+fn a_skew_has_a_place_or_its_error_is_told() {
+    let params = vec![600.0, 590.0, 320.0, 240.0, 0.12, -0.05, -2e-3, 1e-3, 0.01, 3.5];
+    let camera = Camera::new(Model::Brown5Skew, [640, 480], params).unwrap();
+    for f in FORMATS {
+        let w = write(f, &Export { camera: &camera, evidence: &Evidence::default(), report: None }).unwrap();
+        let back = read(&w.text, "file").unwrap().camera;
+        if matches!(f.name, "matlab" | "metashape" | "straightedge") {
+            assert!(w.notes.is_empty() && w.self_check_px < 1e-9, "{}: {w:?}", f.name);
+            assert_eq!(back.model, Model::Brown5Skew, "{}", f.name);
+            assert!(camera.params.iter().zip(&back.params).all(|(a, b)| (a - b).abs() < 1e-12), "{}", f.name);
+        } else {
+            assert!(w.notes.iter().any(|n| n.contains("largest error")), "{}: {:?}", f.name, w.notes);
+            assert!(w.self_check_px > 1e-3 && w.self_check_px < 5.0, "{}: {}", f.name, w.self_check_px);
+        }
+    }
+    let e = Evidence::default();
+    assert!(written("matlab", &camera, &e).text.contains("'Skew', 3.5"));
+    assert!(written("metashape", &camera, &e).text.contains("<b2>3.5</b2>"));
+    // As MATLAB's own matrices have it; the old one is transposed.
+    for matrix in
+        ["'K', [600 3.5 321; 0 590 241; 0 0 1]", "'IntrinsicMatrix', [600 0 0; 3.5 590 0; 321 241 1]"]
+    {
+        let script = format!(
+            "p = cameraParameters({matrix}, 'ImageSize', [480 640], 'RadialDistortion', [0.1 -0.05]);"
+        );
+        let read = read(&script, "p.m").unwrap().camera;
+        assert_eq!(read.model, Model::Brown5Skew);
+        assert_eq!(read.params, [600.0, 590.0, 320.0, 240.0, 0.1, -0.05, 0.0, 0.0, 0.0, 3.5]);
+    }
+}
+
+#[test]
 fn terms_without_a_place_are_refitted_and_reported() {
     let params = vec![600.0, 590.0, 320.0, 240.0, 0.12, -0.05, -2e-3, 1e-3, 0.01];
     let camera = Camera::new(Model::Brown5, [640, 480], params).unwrap();
@@ -306,7 +338,7 @@ fn wrong_files_say_what_is_wrong() {
         (json.replace("brown5", "brown6"), "not a camera model"),
         (json.chars().take(300).collect(), "not valid JSON"),
         (xml.replace("</calibration>", ""), "not valid XML"),
-        (xml.replace("<b2>0.0", "<b2>0.4"), "b2 = 0.4"),
+        (xml.replace("<k3>", "<p3>0.4</p3><k3>"), "p3 = 0.4"),
         (xml.replace("frame", "spherical"), "spherical is not supported"),
         (xml.replace("frame", "fisheye"), "p1 = 0.002"),
         ("<calibration><fx>1</fx></calibration>".to_owned(), "PhotoScan before 1.2"),

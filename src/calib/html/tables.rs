@@ -10,6 +10,7 @@ use crate::calib::{
     influence::Role,
     number::{degrees, percent, significant, with_sigma},
     report::{FrameReport, Report, Solution},
+    target::Target,
 };
 
 /// Rows of name and value.
@@ -332,7 +333,10 @@ pub(super) fn settings(report: &Report) -> String {
             "Board, inner corners",
             format!("{board}{}", if s.board_is_found { ", found from the pictures" } else { "" }),
         ),
-        ("Square", format!("{} {}", s.square, s.unit.name())),
+        match s.target {
+            Some(Target::Points { .. }) => ("Unit", s.unit.name().to_owned()),
+            _ => ("Square", format!("{} {}", s.square, s.unit.name())),
+        },
         ("Pictures", s.images.to_string()),
         ("Camera model", s.model.spec().title.to_owned()),
         ("Fixed", if fixed.is_empty() { "nothing".to_owned() } else { fixed }),

@@ -42,7 +42,10 @@ pub(super) fn table(report: &Report) -> String {
             table.note(start, &frame.why);
             continue;
         };
+        // Without such a picture the others do not determine the camera: nobody can say where it would go.
+        let alone = || (asked && frame.included).then(|| [String::new(), Role::Precious.name().to_owned()]);
         let influence = frame.influence.map(|i| [significant(i.moves_px, 2), word(i.role).to_owned()]);
+        let influence = influence.or_else(alone);
         let outliers = [some(frame.outliers.len())];
         table.row(start.into_iter().chain(outliers).chain(numbers).chain(influence.into_iter().flatten()));
     }

@@ -7,10 +7,11 @@
 use nalgebra::{DMatrix, Vector3};
 use std::ops::ControlFlow;
 
-use super::{CameraSetup, robust, unless_stopped};
+use super::{CameraSetup, prepare::Seen, robust, unless_stopped};
 use crate::{
     Error, Result,
     refine::{self, Limits, State},
+    spread::Plane,
 };
 use robust::Fitted;
 
@@ -29,13 +30,17 @@ const SIGNIFICANT: f64 = 3.0;
 pub(super) fn check(
     problem: &refine::Problem<'_>,
     setup: &CameraSetup,
+    views: &[Seen],
     fitted: &Fitted,
     sigma0_px: f64,
     singular_values: &[f64; 5],
     tick: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<DMatrix<f64>> {
     let state = &fitted.refined.state;
-    let spread = spread_rad(state);
+    let spread = spread_rad(state, views);
+    // Things that are not flat need not be turned.
+    let solid = views.iter().any(|v| v.plane.is_solid());
+    let uneven = views.iter().any(|v| v.plane.relief > Plane::UNEVEN);
     let covariance = refine::information(problem, state).and_then(|i| robust::covariance(&i));
     let Some((unit, _)) = covariance else {
         return Err(refusal(problem, setup, spread, singular_values, None));
@@ -44,7 +49,7 @@ pub(super) fn check(
     // Boards that are parallel say about the camera what one view says: two numbers.
     let mut unknown: Vec<_> = (0..4).filter_map(|i| problem.free.slot(i)).collect();
     unknown.dedup();
-    if spread < ALIKE && unknown.len() > 2 {
+    if spread < ALIKE && unknown.len() > 2 && !uneven {
         return Err(refusal(problem, setup, spread, singular_values, None));
     }
     let width = f64::from(setup.size_px[0].max(setup.size_px[1]));
@@ -55,7 +60,7 @@ pub(super) fn check(
         }
         let unit = if i < 2 { state.params[i] } else { width };
         let relative = covariance[(slot, slot)].sqrt() / unit;
-        if relative < SUSPICIOUS && (spread > PARALLEL || i >= 2) {
+        if relative < SUSPICIOUS && (solid || spread > PARALLEL || i >= 2) {
             continue;
         }
         // The centre of the picture needs more room: a long lens hardly knows it, and that does little harm.
@@ -116,8 +121,9 @@ fn excluded(
 }
 
 /// Largest angle between the normals of two boards, rad.
-fn spread_rad(state: &State) -> f64 {
-    let normals: Vec<Vector3<f64>> = state.poses.iter().map(|p| p.rotation * Vector3::z()).collect();
+fn spread_rad(state: &State, views: &[Seen]) -> f64 {
+    let normals: Vec<Vector3<f64>> =
+        state.poses.iter().zip(views).map(|(p, v)| p.rotation * v.plane.normal_in_board()).collect();
     // Farthest from the first, then farthest from that: within a factor of two of the diameter, in linear time.
     let farthest = |from: &Vector3<f64>| {
         normals.iter().copied().fold((*from, 0.0f64), |best, n| {

@@ -1,15 +1,16 @@
 //! From observations to what the solver works on; what cannot be used is set aside with a reason.
 
-use nalgebra::{Matrix3, Point3, Vector2};
+use nalgebra::{Matrix3, Point3, Vector2, Vector3};
 use std::{collections::BTreeMap, ops::ControlFlow};
 
-use super::{Options, Precision, Problem};
+use super::{Options, Precision, Problem, robust, start::FISHEYE_FOCALS};
 use crate::{
     camera::{Model, Spec},
-    homography,
+    dlt, homography,
     observation::{FrameId, Observation},
     pose::Pose,
     refine::{self, Free, Limits, State, block::Block},
+    spread::Plane,
     zhang,
 };
 
@@ -21,9 +22,13 @@ pub(super) struct Seen {
     pub(super) board: Vec<Point3<f64>>,
     pub(super) px: Vec<Vector2<f64>>,
     pub(super) sigma_px: Vec<f64>,
-    /// Picture from board.
-    pub(super) homography: Matrix3<f64>,
-    /// Robust size of what the homography leaves, px.
+    /// The plane that the corners are in or near.
+    pub(super) plane: Plane,
+    /// Picture from that plane; `None` only for solid things.
+    pub(super) homography: Option<Matrix3<f64>>,
+    /// Picture from board, where the corners are not in a plane.
+    pub(super) projection: Option<dlt::Fit>,
+    /// Robust size of what the homography, or of a solid thing the projection, leaves, px.
     pub(super) bent_px: f64,
 }
 
@@ -32,10 +37,16 @@ impl Seen {
         Block::new(&self.board, &self.px)
     }
 
-    /// Middle of the seen corners on the board.
+    /// Middle of the seen corners on their plane.
     pub(super) fn middle(&self) -> [f64; 2] {
         let n = self.board.len() as f64;
-        [0, 1].map(|k| self.board.iter().map(|p| p[k]).sum::<f64>() / n)
+        (self.plane.flattened(&self.board).sum::<Vector2<f64>>() / n).into()
+    }
+
+    /// The pose that the homography gives for `[fx, fy, cx, cy]`.
+    fn pose_of_plane(&self, k: [f64; 4]) -> Option<Pose> {
+        let camera_from_plane = zhang::pose(self.homography.as_ref()?, k, self.middle())?;
+        Some(self.plane.camera_from_board(camera_from_plane))
     }
 }
 
@@ -81,7 +92,9 @@ fn view(problem: &Problem, points: &[Point3<f64>], observation: &Observation) ->
         board: Vec::with_capacity(corners.len()),
         px: Vec::with_capacity(corners.len()),
         sigma_px: corners.iter().map(|c| c.sigma_px).collect(),
-        homography: Matrix3::identity(),
+        plane: Plane { board_from_plane: Pose::identity(), relief: 0.0 },
+        homography: None,
+        projection: None,
         bent_px: 0.0,
     };
     for corner in corners {
@@ -107,42 +120,132 @@ fn view(problem: &Problem, points: &[Point3<f64>], observation: &Observation) ->
     if let Some(pair) = seen.indices.windows(2).find(|p| p[0] >= p[1]) {
         return Err(format!("corner {} is given twice or out of order", pair[1]));
     }
-    let plane: Vec<_> = seen.board.iter().map(|p| Vector2::new(p.x, p.y)).collect();
-    let Some(fit) = homography::fit(&plane, &seen.px, homography_options(&problem.options)) else {
-        return Err("its corners lie on a line or in a point: a board must be seen in two directions".into());
-    };
-    let mut errors: Vec<f64> =
-        plane.iter().zip(&seen.px).map(|(b, p)| (homography::apply(&fit.matrix, b) - p).norm()).collect();
-    errors.sort_by(f64::total_cmp);
-    seen.bent_px = errors[errors.len() / 2];
+    seen.plane = Plane::of(&seen.board).ok_or("its points have no finite places")?;
+    let plane: Vec<_> = seen.plane.flattened(&seen.board).collect();
     let extent = seen.px.iter().map(|p| (p - seen.px[0]).norm()).fold(0.0, f64::max);
+    let flat = homography::fit(&plane, &seen.px, homography_options(&problem.options));
+    if seen.plane.relief > Plane::UNEVEN {
+        seen.projection = dlt::fit(&seen.board, &seen.px, problem.options.ransac);
+    }
+    if seen.plane.is_solid() {
+        if corners.len() < dlt::POINTS {
+            return Err(format!(
+                "{} points that are not in a plane: at least {} are needed",
+                corners.len(),
+                dlt::POINTS
+            ));
+        }
+        seen.homography = flat.map(|fit| fit.matrix);
+        seen.bent_px = solid_misfit(problem, &seen).ok_or("its points do not determine its pose")?;
+    } else {
+        let Some(fit) = flat else {
+            return Err(
+                "its corners lie on a line or in a point: a board must be seen in two directions".into()
+            );
+        };
+        let mut errors: Vec<f64> =
+            plane.iter().zip(&seen.px).map(|(b, p)| (homography::apply(&fit.matrix, b) - p).norm()).collect();
+        errors.sort_by(f64::total_cmp);
+        seen.bent_px = errors[errors.len() / 2];
+        seen.homography = Some(fit.matrix);
+    }
     // No lens bends a board by a sixth of its size; corners in a wrong order do.
     if seen.bent_px.is_nan() || seen.bent_px > 0.15 * extent {
-        return Err(format!(
-            "its corners do not form the board ({:.0} px off a flat grid that is {extent:.0} px wide)",
-            seen.bent_px
-        ));
+        return Err(if seen.plane.is_solid() {
+            format!(
+                "its points do not form the target ({:.0} px off, in a view that is {extent:.0} px wide): are their names right?",
+                seen.bent_px
+            )
+        } else {
+            format!(
+                "its corners do not form the board ({:.0} px off a flat grid that is {extent:.0} px wide)",
+                seen.bent_px
+            )
+        });
     }
-    seen.homography = fit.matrix;
     Ok(seen)
 }
 
-/// The linear pose of a view: from its homography, or where the model is no perspective one from its rays.
-pub(super) fn first_pose(view: &Seen, spec: &Spec, params: &[f64]) -> Option<Pose> {
+/// How far the points of a solid thing are from where the best lens without terms of its own sees them, px: whatever its focal length
+/// for a perspective one, at the best of a few for others.
+fn solid_misfit(problem: &Problem, seen: &Seen) -> Option<f64> {
+    let setup = problem.cameras.first()?;
+    let spec = setup.model.spec();
     if spec.perspective {
-        let k = [params[0], params[1], params[2], params[3]];
-        return zhang::pose(&view.homography, k, view.middle());
+        return Some(seen.projection.as_ref()?.median_px);
     }
-    let (mut plane, mut rays) = (Vec::new(), Vec::new());
-    for (board, px) in view.board.iter().zip(&view.px) {
-        // As the model guesses it: exact, or without its small terms.
-        let ray = (spec.guess_ray)(params, px);
-        if ray.iter().all(|x| x.is_finite()) {
-            plane.push([board.x, board.y]);
-            rays.push(ray);
-        }
+    let [w, h] = setup.size_px.map(f64::from);
+    let misfit = |share: f64| {
+        let f = share * w;
+        let params = [&[f, f, (w - 1.0) / 2.0, (h - 1.0) / 2.0], spec.neutral].concat();
+        Some(f * seen.linear(spec, &params)?.rms_rad)
+    };
+    FISHEYE_FOCALS.into_iter().filter_map(misfit).reduce(f64::min)
+}
+
+impl Seen {
+    /// Rays of the corners without the model's terms; none where it has none.
+    fn rays(&self, spec: &Spec, params: &[f64]) -> impl Iterator<Item = Vector3<f64>> {
+        let ray = |px: &Vector2<f64>| match spec.perspective {
+            true => Vector3::new((px.x - params[2]) / params[0], (px.y - params[3]) / params[1], 1.0),
+            // As the model guesses it: exact, or without its small terms.
+            false => (spec.guess_ray)(params, px),
+        };
+        self.px.iter().map(ray)
     }
-    zhang::pose_from_rays(&plane, &rays)
+
+    /// What the rays of a solid thing say of its pose.
+    fn linear(&self, spec: &Spec, params: &[f64]) -> Option<dlt::Linear> {
+        let used = |i: usize| !spec.perspective || self.projection.as_ref().is_none_or(|p| p.inliers[i]);
+        let (board, rays): (Vec<_>, Vec<_>) = self
+            .board
+            .iter()
+            .zip(self.rays(spec, params))
+            .enumerate()
+            .filter(|(i, (_, ray))| used(*i) && ray.iter().all(|x| x.is_finite()))
+            .map(|(_, pair)| pair)
+            .unzip();
+        dlt::pose(&board, &rays)
+    }
+
+    /// Median distance of the corners from where a camera sees them, px; those that it does not see are infinitely far.
+    fn misfit_px(&self, spec: &Spec, params: &[f64], pose: &Pose) -> f64 {
+        let error = |(board, px): (&Point3<f64>, &Vector2<f64>)| {
+            (spec.project_px)(params, &pose.apply(board).coords).map_or(f64::INFINITY, |p| (p - px).norm())
+        };
+        robust::median(&mut self.board.iter().zip(&self.px).map(error).collect::<Vec<_>>())
+    }
+
+    /// Whether one view tells of its points that they are mirrored.
+    pub(super) fn is_mirrored(&self) -> bool {
+        self.plane.is_solid() && self.projection.as_ref().is_some_and(dlt::Fit::is_mirrored)
+    }
+}
+
+/// The linear pose of a view: from its homography, or where the model is no perspective one from its rays. Where the corners are not in
+/// a plane, from these in space if that explains them better.
+pub(super) fn first_pose(view: &Seen, spec: &Spec, params: &[f64]) -> Option<Pose> {
+    let flat = flat_pose(view, spec, params);
+    if view.plane.relief <= Plane::UNEVEN {
+        return flat;
+    }
+    let misfit = |pose: &Pose| view.misfit_px(spec, params, pose);
+    let solid = view.linear(spec, params).map(|l| l.pose);
+    [solid, flat].into_iter().flatten().min_by(|a, b| misfit(a).total_cmp(&misfit(b)))
+}
+
+fn flat_pose(view: &Seen, spec: &Spec, params: &[f64]) -> Option<Pose> {
+    if spec.perspective {
+        return view.pose_of_plane([params[0], params[1], params[2], params[3]]);
+    }
+    let (plane, rays): (Vec<[f64; 2]>, Vec<_>) = view
+        .plane
+        .flattened(&view.board)
+        .zip(view.rays(spec, params))
+        .filter(|(_, ray)| ray.iter().all(|x| x.is_finite()))
+        .map(|(p, ray)| ([p.x, p.y], ray))
+        .unzip();
+    zhang::pose_from_rays(&plane, &rays).map(|pose| view.plane.camera_from_board(pose))
 }
 
 /// The pose of a view and a few steps with the camera held; `None` where none sees the corners.

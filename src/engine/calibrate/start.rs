@@ -12,11 +12,11 @@ use super::{
     Options, Problem,
     options::Constraints,
     prepare::{Seen, first_pose},
-    unless_stopped,
+    robust, unless_stopped,
 };
 use crate::{
     Error, Result,
-    camera::Camera,
+    camera::{Camera, Model},
     order,
     refine::{self, Limits, Refined, State, block::Block},
     solution::{ClosedForm, Start, Starts},
@@ -30,7 +30,7 @@ const FINE: Limits = Limits { iterations: 20, tolerance: 1e-3, damping: 1e-6 };
 /// Focal lengths that are tried, in picture widths, from fisheye to tele; neighbours are not tried one after the other.
 const FOCALS: [f64; 5] = [0.6, 1.8, 0.35, 4.0, 1.0];
 /// The same for lenses that need not be perspective ones: 0.25 widths are 230° over the picture, and less where the circle is smaller.
-const FISHEYE_FOCALS: [f64; 5] = [0.35, 0.6, 0.25, 1.8, 1.0];
+pub(super) const FISHEYE_FOCALS: [f64; 5] = [0.35, 0.6, 0.25, 1.8, 1.0];
 /// Of these at least so many are tried…
 const BLIND: usize = 2;
 /// …and the others not, where so many guesses of all kinds met at the best optimum.
@@ -62,12 +62,14 @@ pub(super) fn choose(
     report: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<Chosen> {
     let setup = &problem.cameras[0];
-    let homographies: Vec<Matrix3<f64>> = views.iter().map(|v| v.homography).collect();
-    let linear = zhang::closed_form(&homographies, setup.size_px, problem.options.normalise);
+    let linear = linear(problem, views);
     let guesses = guesses(problem, constraints, &linear);
     let closed_form = closed_form(problem, views, &linear);
     let chosen = diverse(views);
-    let blocks: Vec<Block> = chosen.iter().map(|&i| thinned(&views[i])).collect();
+    // One view of a solid thing may be all there is.
+    let corners =
+        if views.iter().any(|v| v.plane.is_solid()) { CORNERS * VIEWS / chosen.len() } else { CORNERS };
+    let blocks: Vec<Block> = chosen.iter().map(|&i| thinned(&views[i], corners)).collect();
     let bent = views.iter().map(|v| v.bent_px).fold(0.0, f64::max);
     let plain = refine::Problem {
         spec: setup.model.spec(),
@@ -154,6 +156,20 @@ fn meets(a: &Refined, b: &Refined) -> bool {
         && (0..2).all(|i| (a.state.params[i] / b.state.params[i] - 1.0).abs() < 0.02)
 }
 
+/// The camera in closed form: from the projections of solid things, as the median over the views, or from homographies.
+fn linear(problem: &Problem, views: &[Seen]) -> zhang::ClosedForm {
+    let setup = &problem.cameras[0];
+    let (solid, flat): (Vec<&Seen>, Vec<&Seen>) = views.iter().partition(|v| v.plane.is_solid());
+    let homographies: Vec<Matrix3<f64>> = flat.iter().filter_map(|v| v.homography).collect();
+    let of_planes = zhang::closed_form(&homographies, setup.size_px, problem.options.normalise);
+    let each: Vec<[f64; 4]> = solid.iter().filter_map(|v| v.projection.as_ref()?.intrinsics()).collect();
+    if each.is_empty() {
+        return of_planes;
+    }
+    let k = [0, 1, 2, 3].map(|i| robust::median(&mut each.iter().map(|k| k[i]).collect::<Vec<_>>()));
+    zhang::ClosedForm { intrinsics: Some(k), centred_focal_px: Some((k[0] * k[1]).sqrt()), ..of_planes }
+}
+
 fn guesses(problem: &Problem, constraints: &Constraints, linear: &zhang::ClosedForm) -> Vec<Guess> {
     let setup = &problem.cameras[0];
     let spec = setup.model.spec();
@@ -218,7 +234,7 @@ fn closed_form(problem: &Problem, views: &[Seen], linear: &zhang::ClosedForm) ->
     let camera = Camera { model: setup.model, size_px: setup.size_px, params };
     let (mut sum, mut count) = (0.0, 0usize);
     for view in views {
-        let Some(pose) = zhang::pose(&view.homography, k, view.middle()) else { continue };
+        let Some(pose) = first_pose(view, Model::Pinhole.spec(), &k) else { continue };
         for (board, px) in view.board.iter().zip(&view.px) {
             if let Some(p) = camera.project(&pose.apply(board)) {
                 sum += (px - p).norm_squared();
@@ -234,11 +250,15 @@ fn diverse(views: &[Seen]) -> Vec<usize> {
     if views.len() <= VIEWS {
         return (0..views.len()).collect();
     }
+    // Things that are not flat show their perspective in each view.
+    if views.iter().any(|v| v.plane.is_solid()) {
+        return (0..VIEWS).map(|i| i * views.len() / VIEWS).collect();
+    }
     // How the depth changes over the seen part of the board, per picture direction it is seen in.
     let key: Vec<Vector2<f64>> = views
         .iter()
         .map(|v| {
-            let (h, [x, y]) = (&v.homography, v.middle());
+            let (h, [x, y]) = (v.homography.unwrap_or_default(), v.middle());
             let depth = h[(2, 0)] * x + h[(2, 1)] * y + h[(2, 2)];
             let extent = v.board.iter().map(|p| (p - v.board[0]).norm()).fold(0.0, f64::max);
             let jacobian = nalgebra::Matrix2::from_fn(|r, c| {
@@ -265,14 +285,14 @@ fn diverse(views: &[Seen]) -> Vec<usize> {
     chosen
 }
 
-/// At most [`CORNERS`] corners, spread over the board by the golden ratio.
-fn thinned(view: &Seen) -> Block {
+/// At most so many corners, spread over the board by the golden ratio.
+fn thinned(view: &Seen, corners: usize) -> Block {
     let n = view.px.len();
-    if n <= CORNERS {
+    if n <= corners {
         return view.block();
     }
     let mut chosen: Vec<usize> =
-        (0..CORNERS).map(|i| ((i as f64 * 0.618_033_988_749_895).fract() * n as f64) as usize).collect();
+        (0..corners).map(|i| ((i as f64 * 0.618_033_988_749_895).fract() * n as f64) as usize).collect();
     order::by(&mut chosen, |i| [*i as f64]);
     chosen.dedup();
     let board: Vec<_> = chosen.iter().map(|i| view.board[*i]).collect();

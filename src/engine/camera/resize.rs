@@ -1,7 +1,8 @@
 //! The camera of resized and cropped pictures.
 //!
 //! With the centre of the first pixel at (0, 0), resizing by s keeps the *corner* of the picture in place:
-//! `f' = s f`, `c' = s (c + 0.5) − 0.5`. A crop moves the principal point by whole pixels. Distortion is unchanged.
+//! `f' = s f`, `c' = s (c + 0.5) − 0.5`. A skew is scaled as f is. A crop moves the principal point by whole
+//! pixels. Distortion is unchanged.
 
 use super::Camera;
 use crate::{Error, Result};
@@ -23,8 +24,12 @@ impl Camera {
             )));
         }
         let mut params = self.params.clone();
-        for (i, v) in params.iter_mut().enumerate().take(4) {
-            *v = if i < 2 { scale * *v } else { scale * (*v + 0.5) - 0.5 };
+        for (i, v) in params.iter_mut().enumerate() {
+            match i {
+                2 | 3 => *v = scale * (*v + 0.5) - 0.5,
+                _ if self.spec().params[i].unit == "px" => *v *= scale,
+                _ => {}
+            }
         }
         Self::new(self.model, size.map(|n| n as u32), params)
     }
@@ -77,6 +82,15 @@ mod tests {
         let crop = full.cropped([100, 50, 640, 480]).unwrap();
         assert!((crop.project(&point).unwrap() - (px - Vector2::new(100.0, 50.0))).norm() < 1e-12);
         assert_eq!(crop.size_px, [640, 480]);
+    }
+
+    #[test]
+    fn a_skew_is_a_length() {
+        let params = [&camera().params[..], &[7.0]].concat();
+        let skewed = Camera::new(Model::Brown5Skew, [800, 600], params).unwrap();
+        let point = Point3::new(0.21, -0.13, 1.0);
+        let expected = (skewed.project(&point).unwrap() + Vector2::repeat(0.5)) * 3.0 - Vector2::repeat(0.5);
+        assert!((skewed.scaled(3.0).unwrap().project(&point).unwrap() - expected).norm() < 1e-12);
     }
 
     #[test]

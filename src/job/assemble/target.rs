@@ -117,6 +117,10 @@ pub(super) fn frame(mut frame: FrameReport, seen: &Seen, target: &Target) -> Fra
             Some(grid) => circles(&mut frame, *board, grid),
             None => frame.why = format!("no circle grid {board} was found in the picture"),
         },
+        Target::Points { .. } => {
+            let why = "known points are not looked for in pictures: say where they are with --corners";
+            why.clone_into(&mut frame.why);
+        }
         Target::Checkerboard { .. } => {}
     }
     if !frame.corners.is_empty() {

@@ -31,6 +31,7 @@ fn entry(file: &str, size_px: [u32; 2], grid: Option<Grid>, hash: u128) -> Entry
 fn wanted(board: Option<&str>) -> Wanted {
     Wanted {
         board: board.map(|b| b.parse().unwrap()),
+        target: None,
         square: 25.0,
         model: Model::Brown5,
         start: None,

@@ -62,6 +62,20 @@ fn lenses_of_many_kinds() {
 }
 
 #[test]
+fn a_skew_is_recovered() {
+    for skew in [0.0, 4.0, -15.0] {
+        let params = [900.0, 880.0, 410.0, 290.0, -0.2, 0.1, 1e-3, -5e-4, 0.02, skew];
+        let scene =
+            Scene::new(Model::Brown5Skew, [800, 600], &params, random_poses(10, 900.0, [800, 600], 4));
+        assert_exact(&scene, plain(), &format!("skew {skew}"));
+        assert_exact(&scene, Options::default(), &format!("skew {skew}, defaults"));
+        let fixed = parse_fixes("skew=0").unwrap();
+        let held = run(&scene.problem(Options { fixed, ..plain() })).unwrap();
+        assert_eq!(held.rms_px < 1e-6, skew == 0.0, "{} without skew {skew}", held.rms_px);
+    }
+}
+
+#[test]
 fn constraints_that_hold_in_truth_change_nothing() {
     let params = [700.0, 700.0, 399.5, 299.5, -0.2, 0.1, 0.0, 0.0, 0.0];
     let scene = Scene::new(Model::Brown5, [800, 600], &params, random_poses(8, 700.0, [800, 600], 5));

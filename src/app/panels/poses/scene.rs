@@ -73,13 +73,15 @@ impl Scene {
     }
 }
 
-/// Corners of the board's outer squares, the one beside corner 0 first.
+/// Corners of the board's outer squares, the one beside corner 0 first; of surveyed points a frame about them in the plane that they
+/// are in or near.
 fn outline(target: &Target) -> [Point3<f64>; 4] {
     let [[x0, y0], [x1, y1]] = target.extent();
     let rim = match target {
         Target::Checkerboard { square, .. } => *square,
         Target::Markers { scale, .. } => 0.5 * scale,
         Target::Circles { spacing, .. } => *spacing,
+        Target::Points { points } => return points.frame_in_board(),
     };
     let (x0, y0, x1, y1) = (x0 - rim, y0 - rim, x1 + rim, y1 + rim);
     [Point3::new(x0, y0, 0.0), Point3::new(x1, y0, 0.0), Point3::new(x1, y1, 0.0), Point3::new(x0, y1, 0.0)]
@@ -155,7 +157,10 @@ fn finished(boards: Vec<Thing>, middle: Vec<[Point3<f64>; 2]>, tips: Vec<Option<
 mod tests {
     use super::*;
     use crate::app::action::{Action, demo};
-    use crate::calib::{camera::Model, target::BoardSize};
+    use crate::calib::{
+        camera::Model,
+        target::{BoardSize, PointSet},
+    };
 
     #[test]
     fn the_sphere_holds_everything() {
@@ -163,7 +168,15 @@ mod tests {
         let camera = Camera::new(Model::Pinhole, [640, 480], vec![500.0, 500.0, 320.0, 240.0]).unwrap();
         let pose = Pose::from_euler_deg([10.0, 20.0, 30.0], Vector3::new(0.0, 10.0, 600.0));
         let views = [(FrameId(0), pose, String::new())];
-        for scene in [around_camera(&views, &target, &camera), around_board(&views, &target, &camera)] {
+        let rig = (0..9u32).map(|i| {
+            let [a, b, c] = [i % 3, i / 3, i * i % 5].map(f64::from);
+            (i.to_string(), Point3::new(20.0 * a, 15.0 * b, 9.0 * c))
+        });
+        let rig = Target::Points { points: PointSet::new(rig.collect()).unwrap() };
+        let scenes =
+            [&target, &rig].map(|t| [around_camera(&views, t, &camera), around_board(&views, t, &camera)]);
+        for scene in scenes.into_iter().flatten() {
+            assert!(scene.boards.iter().all(|b| b.outline.len() == 4));
             let (center, radius) = scene.sphere;
             for p in scene.boards.iter().flat_map(|b| &b.outline).chain(scene.middle.iter().flatten()) {
                 assert!((p - center).norm() <= radius * (1.0 + 1e-12));
