@@ -31,7 +31,6 @@ use super::{
     observation::{FrameId, Observation},
     refine::{self, State},
     solution::{Calibration, View, Warning},
-    spread::Plane,
     target::Target,
 };
 pub use choose::{simplest_sufficient, worth_trying};
@@ -140,7 +139,7 @@ fn enough(views: &[Seen], constraints: &Constraints, set_aside: &[(FrameId, Stri
     let mut k: Vec<_> = (0..4).filter_map(|i| constraints.free.slot(i)).collect();
     k.dedup();
     // A plane says two things about the camera, a thing that is not flat everything.
-    let uneven = views.iter().any(|v| v.plane.relief > Plane::UNEVEN);
+    let uneven = views.iter().any(|v| v.plane.is_uneven());
     let need = if uneven { 1 } else { k.len().div_ceil(2).max(1) };
     if views.len() < need {
         // One reason that all share says more than a number.

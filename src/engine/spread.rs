@@ -4,6 +4,10 @@ use nalgebra::{Matrix3, Point3, Rotation3, SymmetricEigen, Vector2, Vector3};
 
 use super::{order, pose::Pose};
 
+/// Whether points that are not in a plane z = 0 are calibrated. Not in a browser: nothing brings them there, and the page is spared
+/// their code.
+pub const IN_SPACE: bool = cfg!(not(target_arch = "wasm32"));
+
 /// Middle and principal axes of points.
 #[derive(Clone, Copy, Debug)]
 pub struct Spread {
@@ -52,18 +56,27 @@ impl Plane {
     /// Relief from which they determine it well, and are taken for a solid thing.
     pub const SOLID: f64 = 0.05;
 
-    /// That of points; a board with z = 0 keeps its own frame. `None` where one is not finite or there is none.
+    /// That of points; a board with z = 0 keeps its own frame. `None` where one is not finite or there is none, and for all others
+    /// where they are not calibrated ([`IN_SPACE`]).
     pub fn of(points: &[Point3<f64>]) -> Option<Self> {
         if !points.is_empty() && points.iter().all(|p| p.z == 0.0) {
             return Some(Self { board_from_plane: Pose::identity(), relief: 0.0 });
+        }
+        if !IN_SPACE {
+            return None;
         }
         let Spread { board_from_axes, sizes: [_, breadth, depth] } = Spread::of(points)?;
         Some(Self { board_from_plane: board_from_axes, relief: depth / breadth.max(f64::MIN_POSITIVE) })
     }
 
-    /// Whether the points determine more than a plane does.
+    /// Whether the points may determine more than a plane does.
+    pub fn is_uneven(&self) -> bool {
+        IN_SPACE && self.relief > Self::UNEVEN
+    }
+
+    /// Whether the points determine far more than a plane does.
     pub fn is_solid(&self) -> bool {
-        self.relief > Self::SOLID
+        IN_SPACE && self.relief > Self::SOLID
     }
 
     /// The nearest points of the plane, in its own frame.

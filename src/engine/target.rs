@@ -11,6 +11,7 @@ use super::{
     circles::{CircleBoard, Kind},
     json::need,
     marker::board::MarkerBoard,
+    spread::IN_SPACE,
 };
 pub use points::PointSet;
 
@@ -323,7 +324,7 @@ impl Target {
 
     /// Whether its points are not in a plane: then one picture may determine a camera.
     pub fn is_solid(&self) -> bool {
-        matches!(self, Self::Points { points } if points.plane().is_solid())
+        IN_SPACE && matches!(self, Self::Points { points } if points.plane().is_solid())
     }
 
     /// Normal of the plane that its points are in or near, in the board frame.

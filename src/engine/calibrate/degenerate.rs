@@ -11,7 +11,6 @@ use super::{CameraSetup, prepare::Seen, robust, unless_stopped};
 use crate::{
     Error, Result,
     refine::{self, Limits, State},
-    spread::Plane,
 };
 use robust::Fitted;
 
@@ -40,7 +39,7 @@ pub(super) fn check(
     let spread = spread_rad(state, views);
     // Things that are not flat need not be turned.
     let solid = views.iter().any(|v| v.plane.is_solid());
-    let uneven = views.iter().any(|v| v.plane.relief > Plane::UNEVEN);
+    let uneven = views.iter().any(|v| v.plane.is_uneven());
     let covariance = refine::information(problem, state).and_then(|i| robust::covariance(&i));
     let Some((unit, _)) = covariance else {
         return Err(refusal(problem, setup, spread, singular_values, None));

@@ -63,7 +63,7 @@ pub fn pose_of(camera: &Camera, target: &Target, corners: &[Corner]) -> Result<(
         let start = State { params: camera.params.clone(), poses: vec![pose] };
         refine::refine(&problem, &start, Limits::full(px.len()), &mut || ControlFlow::Continue(())).ok()
     };
-    let solid = if plane.relief > Plane::UNEVEN { dlt::pose(&sighted, &rays) } else { None };
+    let solid = if plane.is_uneven() { dlt::pose(&sighted, &rays) } else { None };
     let [first, second] = from_plane(&plane, &sighted, &rays);
     let best = [first, second, solid.map(|s| s.pose)]
         .into_iter()

@@ -120,11 +120,12 @@ fn view(problem: &Problem, points: &[Point3<f64>], observation: &Observation) ->
     if let Some(pair) = seen.indices.windows(2).find(|p| p[0] >= p[1]) {
         return Err(format!("corner {} is given twice or out of order", pair[1]));
     }
-    seen.plane = Plane::of(&seen.board).ok_or("its points have no finite places")?;
+    seen.plane = Plane::of(&seen.board)
+        .ok_or("its points are not finite, or not in a plane in a browser: use the command line")?;
     let plane: Vec<_> = seen.plane.flattened(&seen.board).collect();
     let extent = seen.px.iter().map(|p| (p - seen.px[0]).norm()).fold(0.0, f64::max);
     let flat = homography::fit(&plane, &seen.px, homography_options(&problem.options));
-    if seen.plane.relief > Plane::UNEVEN {
+    if seen.plane.is_uneven() {
         seen.projection = dlt::fit(&seen.board, &seen.px, problem.options.ransac);
     }
     if seen.plane.is_solid() {
@@ -226,7 +227,7 @@ impl Seen {
 /// a plane, from these in space if that explains them better.
 pub(super) fn first_pose(view: &Seen, spec: &Spec, params: &[f64]) -> Option<Pose> {
     let flat = flat_pose(view, spec, params);
-    if view.plane.relief <= Plane::UNEVEN {
+    if !view.plane.is_uneven() {
         return flat;
     }
     let misfit = |pose: &Pose| view.misfit_px(spec, params, pose);

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Error, Result,
-    spread::{Plane, Spread},
+    spread::{IN_SPACE, Plane, Spread},
 };
 
 /// Named points in a right-handed frame of the user's.
@@ -31,6 +31,9 @@ impl PointSet {
         sorted.sort();
         if let Some(twice) = sorted.windows(2).find(|w| w[0] == w[1]) {
             return Err(Error::Invalid(format!("the point {} is given twice: remove one of them", twice[0])));
+        }
+        if !IN_SPACE {
+            return Ok(Self { names, points });
         }
         match Spread::of(&points) {
             None => Err(Error::Invalid("a point has no finite place".to_owned())),
