@@ -36,7 +36,7 @@ pub(super) fn check(
 ) -> Result<DMatrix<f64>> {
     let state = &fitted.refined.state;
     let spread = spread_rad(state);
-    let covariance = refine::information(problem, state).and_then(|i| robust::covariance(&i));
+    let covariance = fitted.information.as_ref().and_then(robust::covariance);
     let Some((unit, _)) = covariance else {
         return Err(refusal(problem, setup, spread, singular_values, None));
     };
