@@ -12,14 +12,14 @@ use crate::{
     wide,
 };
 
-mod bilinear;
+pub(crate) mod bilinear;
 mod lanczos;
 #[cfg(test)]
 mod tests;
 
 /// A photograph as the kernels see it.
 #[derive(Clone, Copy)]
-struct Source<'a, T> {
+pub(crate) struct Source<'a, T> {
     samples: &'a [T],
     width: usize,
     height: usize,
