@@ -165,9 +165,10 @@ impl Descent {
                 std::mem::swap(&mut self.squares, &mut self.next_squares);
                 (self.sum, self.fresh) = (trial, false);
                 self.record(damping, true);
-                // Steps shrink at least at the rate of the last two: what the next one would promise.
-                let before = self.promise.replace(promise).filter(|before| *before > promise);
-                let next = promise * before.map_or(1.0, |before| promise / before);
+                // What the next step would promise, if steps go on to shrink as they did. Huber's loss hardly lets them shrink by
+                // more than ten, which is a hundred in what they promise.
+                let rate = self.promise.replace(promise).map_or(1.0, |before| promise / before);
+                let next = promise * rate.clamp(1e-2, 1.0);
                 if promise.min(next) <= limits.tolerance && damping <= 1e-2 {
                     termination = Termination::CostConverged;
                     break;
