@@ -3,6 +3,7 @@
 //! ```text
 //! cargo bench --bench peers -- prepare DIR       corners as JSON, pictures as PGM
 //! cargo bench --bench peers -- calibrate DIR     one JSON object: stage → ms
+//! cargo bench --bench peers -- memory DIR VIEWS  one calibration, for the memory of the process
 //! cargo bench --bench peers -- undistort DIR
 //! cargo bench --bench peers -- detect DIR
 //! ```
@@ -29,7 +30,7 @@ use straightedge::calib::{
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
-    let [stage, dir] = &args[..] else {
+    let [stage, dir, views @ ..] = &args[..] else {
         println!("nothing to do: run benches/peers_speed.py, which measures OpenCV beside this");
         return;
     };
@@ -38,9 +39,10 @@ fn main() {
     match &stage[..] {
         "prepare" => prepare(dir),
         "calibrate" => calibrate(dir, &mut out),
+        "memory" => memory(dir, views, &mut out),
         "undistort" => undistort(dir, &mut out),
         "detect" => detect_all(dir, &mut out),
-        other => panic!("{other}: prepare, calibrate, undistort or detect"),
+        other => panic!("{other}: prepare, calibrate, memory, undistort or detect"),
     }
     println!("{}", serde_json::Value::Object(out));
 }
@@ -79,7 +81,43 @@ fn calibrate(dir: &Path, out: &mut Json<String, serde_json::Value>) {
             views.to_string(),
             json!({ "ms": ms, "rms": result.rms_px, "fx": result.camera.params[0], "steps": steps, "used": result.views.len() }),
         );
+        if MODELS_AT.contains(&views) {
+            for model in [Model::Brown5, Model::Tilted] {
+                out.insert(format!("{model} {views}"), of_model(&problem, model));
+            }
+        }
+        if views == common::SPLINED.0 {
+            let ms = least_ms(|| common::splined(&result, &problem));
+            out.insert("splined".to_owned(), json!(ms));
+        }
     }
+}
+
+/// Numbers of views at which models are compared.
+const MODELS_AT: [usize; 2] = [50, 200];
+
+/// Time of a whole calibration and of one step over all views, ms.
+fn of_model(problem: &Problem, model: Model) -> serde_json::Value {
+    let mut problem = problem.clone();
+    problem.cameras[0].model = model;
+    let result = common::run(&problem).expect("it calibrates");
+    let ms = least_ms(|| common::run(&problem));
+    let steps = common::Steps::new(&result, &problem.target);
+    let step = least_ms(|| steps.take()) / common::Steps::COUNT as f64;
+    json!({ "ms": ms, "step": step, "steps": result.iterations.len() })
+}
+
+/// Calibrates once; the process's own peak of memory says the rest.
+fn memory(dir: &Path, views: &[String], out: &mut Json<String, serde_json::Value>) {
+    let [views] = views else { panic!("memory DIR VIEWS") };
+    let text = fs::read_to_string(dir.join(format!("corners_{views}.json"))).expect("prepared");
+    let problem: Problem = serde_json::from_str(&text).expect("a problem");
+    drop(text);
+    let before = common::peak_mb();
+    let result = common::run(&problem).expect("it calibrates");
+    out.insert("used".to_owned(), json!(result.views.len()));
+    out.insert("before".to_owned(), json!(before));
+    out.insert("peak".to_owned(), json!(common::peak_mb()));
 }
 
 fn undistort(dir: &Path, out: &mut Json<String, serde_json::Value>) {
@@ -91,7 +129,15 @@ fn undistort(dir: &Path, out: &mut Json<String, serde_json::Value>) {
             let samples: Vec<u8> = gray.data().iter().flat_map(|&v| vec![v; channels]).collect();
             let [width, height] = size.map(|n| n as usize);
             let photo = Photo { width, height, channels, samples: Samples::U8(samples) };
-            let map = Map::new(&camera, &same).expect("a map");
+            let mut map = Map::new(&camera, &same).expect("a map");
+            if channels == 1 {
+                let keep = least_ms(|| {
+                    let mut map = map.clone();
+                    map.keep();
+                    map
+                });
+                out.insert(format!("{} 1 keep", name(size)), json!(keep));
+            }
             let mut put = |stage: &str, ms: f64| {
                 out.insert(format!("{} {channels} {stage}", name(size)), json!(ms));
             };
@@ -104,10 +150,11 @@ fn undistort(dir: &Path, out: &mut Json<String, serde_json::Value>) {
                         .and_then(|s| s.run(&photo, bilinear))
                 }),
             );
+            map.keep();
             put("cached", least_ms(|| map.remap(&photo, bilinear)));
             put("lanczos", least_ms(|| map.remap(&photo, Interpolation::Lanczos)));
             if channels == 1 {
-                put("map", least_ms(|| map.mask()));
+                put("map", least_ms(|| Map::new(&camera, &same).map(|m| m.mask())));
                 put("view", least_ms(|| Straightener::new(&camera, &Framing::flat(0.0), false)));
             }
         }

@@ -29,6 +29,26 @@ fn calibration(c: &mut Criterion) {
     group.finish();
 }
 
+/// One step of the solver, of the models with the fewest terms and the most; the splined camera.
+fn models(c: &mut Criterion) {
+    let mut group = c.benchmark_group("models");
+    group.sample_size(10);
+    let mut problem = common::detected(50);
+    for model in [Model::Brown5, Model::Tilted] {
+        problem.cameras[0].model = model;
+        let result = common::run(&problem).expect("it calibrates");
+        let steps = common::Steps::new(&result, &problem.target);
+        let whole = BenchmarkId::new("whole", model);
+        group.bench_function(whole, |b| b.iter(|| common::run(black_box(&problem))));
+        let ten = BenchmarkId::new(format!("{} steps", common::Steps::COUNT), model);
+        group.bench_function(ten, |b| b.iter(|| black_box(&steps).take()));
+    }
+    problem.cameras[0].model = Model::Brown5;
+    let result = common::run(&problem).expect("it calibrates");
+    group.bench_function("splined 30 x 20", |b| b.iter(|| common::splined(black_box(&result), &problem)));
+    group.finish();
+}
+
 /// Throughput counts pixels.
 fn undistortion(c: &mut Criterion) {
     let mut group = c.benchmark_group("undistortion");
@@ -73,5 +93,5 @@ fn detection(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, calibration, undistortion, detection);
+criterion_group!(benches, calibration, models, undistortion, detection);
 criterion_main!(benches);

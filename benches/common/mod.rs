@@ -13,8 +13,11 @@ use straightedge::calib::{
     camera::Camera,
     image::Plane,
     observation::{Corner, FrameId, Observation},
+    refine::{self, Free, Limits, Refined, State, block::Block},
     solution::Calibration,
+    splined::{self, Layout},
     synth::{Degrade, Renderer, Scene, poses},
+    target::Target,
 };
 
 /// Numbers of views at which calibration is measured.
@@ -81,6 +84,66 @@ pub(crate) fn detected(views: usize) -> Problem {
 /// Calibrates without progress.
 pub(crate) fn run(problem: &Problem) -> Result<Calibration> {
     calibrate(problem, &mut |_| ControlFlow::Continue(()))
+}
+
+/// Views, and control points, of the splined camera that is measured.
+pub(crate) const SPLINED: (usize, [usize; 2]) = (50, [30, 20]);
+
+/// Fits a splined camera to a calibration.
+pub(crate) fn splined(calibration: &Calibration, problem: &Problem) -> Result<splined::Fitted> {
+    let covering = Layout::covering(&calibration.camera, SPLINED.1[0])?;
+    let layout = Layout { knots: SPLINED.1, ..covering };
+    splined::fit(calibration, &problem.target, layout, &mut || ControlFlow::Continue(()))
+}
+
+/// Steps of the solver by themselves, from where a calibration arrived.
+pub(crate) struct Steps {
+    calibration: Calibration,
+    blocks: Vec<Block>,
+    free: Free,
+}
+
+impl Steps {
+    /// Steps of one measurement.
+    pub(crate) const COUNT: usize = 10;
+
+    pub(crate) fn new(calibration: &Calibration, target: &Target) -> Self {
+        let blocks = calibration.views.iter().map(|view| {
+            let board = view.indices.iter().map(|i| target.point_in_board(*i).expect("on the board"));
+            let board: Vec<_> = board.collect();
+            let project = |p| calibration.camera.project(&view.camera_from_board.apply(p)).expect("seen");
+            let px: Vec<_> = board.iter().zip(&view.residuals_px).map(|(p, r)| project(p) + r).collect();
+            Block::new(&board, &px)
+        });
+        let blocks = blocks.collect();
+        Self { blocks, free: Free::all(calibration.camera.model), calibration: calibration.clone() }
+    }
+
+    /// Takes one step and is sent back, [`Steps::COUNT`] times.
+    pub(crate) fn take(&self) -> Vec<Refined> {
+        let problem = refine::Problem {
+            spec: self.calibration.camera.spec(),
+            free: &self.free,
+            blocks: &self.blocks,
+            huber_px: Some(0.25),
+            single_precision: false,
+        };
+        let mut start = State {
+            params: self.calibration.camera.params.clone(),
+            poses: self.calibration.views.iter().map(|v| v.camera_from_board).collect(),
+        };
+        start.params[0] *= 1.001;
+        let limits = Limits { iterations: 1, tolerance: 0.0, damping: 1e-3 };
+        let once = || refine::refine(&problem, &start, limits, &mut || ControlFlow::Continue(()));
+        (0..Self::COUNT).map(|_| once().expect("the start is good")).collect()
+    }
+}
+
+/// Largest memory that this process has had, MB.
+pub(crate) fn peak_mb() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:")).unwrap_or_default();
+    line.trim().trim_end_matches(" kB").parse::<f64>().map_or(f64::NAN, |kb| kb / 1024.0)
 }
 
 /// The seed scene's lens before a sensor of another size.

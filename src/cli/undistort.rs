@@ -49,7 +49,7 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let out = &args.out;
     let lens = files::lens(&args.camera)?;
-    let straight = Straightener::new(lens.as_ref(), &args.framed.framing(), args.crop)?;
+    let mut straight = Straightener::new(lens.as_ref(), &args.framed.framing(), args.crop)?;
     for warning in &straight.warnings {
         say(&format!("warning: {}", warning.text));
     }
@@ -70,6 +70,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         files::may_write(path, [])?;
     }
 
+    if tasks.len() > 2 {
+        straight.keep();
+    }
     let bar = frames::counter("Undistorting", tasks.len());
     let mut heard = |done| bar.set_position(done as u64);
     let threads = threads(args.threads);

@@ -107,7 +107,19 @@ fn as_given(problem: &Problem, report: &mut dyn FnMut(f32) -> ControlFlow<()>) -
         steps += 1.0;
         report(1.0 - (-steps / 30.0).exp())
     };
-    let chosen = start::choose(problem, &views, &constraints, &mut tick)?;
+    let mut chosen = start::choose(problem, &views, &constraints, &mut tick)?;
+    if let Some(mut some) = start::some(&views)
+        && let Some(nearer) = unless_stopped(solve(
+            problem,
+            &mut some,
+            &mut Vec::new(),
+            &constraints,
+            &chosen.params,
+            &mut tick,
+        ))?
+    {
+        chosen.params = nearer.refined.state.params;
+    }
     let mut views = views;
     let mut fitted = solve(problem, &mut views, &mut set_aside, &constraints, &chosen.params, &mut tick)?;
     for rival in &chosen.rivals {
@@ -173,9 +185,10 @@ fn solve(
     let mut poses = Vec::with_capacity(views.len());
     let mut blocks = Vec::with_capacity(views.len());
     let mut kept = Vec::with_capacity(views.len());
+    let mut memory = None;
     let model = problem.cameras[0].model;
     for view in std::mem::take(views) {
-        match prepare::pose(&view, model, params) {
+        match prepare::pose(&view, model, params, &mut memory) {
             Some((block, pose)) => {
                 poses.push(pose);
                 blocks.push(block);
@@ -189,11 +202,11 @@ fn solve(
     let whole = refine::Problem {
         spec: model.spec(),
         free: &constraints.free,
-        blocks: &blocks,
+        blocks: &[],
         huber_px: None,
         single_precision: problem.options.precision == Precision::F32,
     };
-    robust::fit(&whole, views, State { params: params.to_vec(), poses }, &problem.options, tick)
+    robust::fit(&whole, blocks, views, &State { params: params.to_vec(), poses }, &problem.options, tick)
 }
 
 /// Certainty, checks and warnings.

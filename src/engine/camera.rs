@@ -357,12 +357,25 @@ impl Camera {
 
     /// Whether the image grows outwards all the way from the optical axis to `ray` (a unit vector).
     fn unfolded_to(&self, ray: &Vector3<f64>) -> bool {
-        const STEPS: i32 = 24;
+        const BATCHES: usize = 3;
         let theta = ray.x.hypot(ray.y).atan2(ray.z);
         let side = Vector3::new(ray.x, ray.y, 0.0).try_normalize(0.0).unwrap_or_else(Vector3::x);
-        (1..=STEPS).all(|i| {
-            let t = theta * f64::from(i) / f64::from(STEPS);
-            self.expansion(&(side * t.sin() + Vector3::z() * t.cos())).is_some_and(|d| d > 0.0)
+        let (sin, cos) = (theta / (BATCHES * LANES) as f64).sin_cos();
+        let mut at = [0.0, 1.0];
+        let mut batch = Batch::ZERO;
+        (0..BATCHES).all(|_| {
+            let mut rays = [[0.0; LANES]; 3];
+            for l in 0..LANES {
+                at = [at[0] * cos + at[1] * sin, at[1] * cos - at[0] * sin];
+                [rays[0][l], rays[1][l], rays[2][l]] = [side.x * at[0], side.y * at[0], at[1]];
+            }
+            (self.spec().project_batch)(&self.params, &rays, &mut batch);
+            (0..LANES).all(|l| {
+                let [u, v] = batch.by_point.map(|by| Vector3::from(by.map(|d| d[l])));
+                let ray = Vector3::from(rays.map(|r| r[l]));
+                // [`Self::expansion`]: the tangents e1, e2 and the ray are a right-handed frame.
+                batch.px.iter().all(|px| px[l].is_finite()) && u.cross(&v).dot(&ray) > 0.0
+            })
         })
     }
 

@@ -208,11 +208,10 @@ impl<'a> Set<'a> {
         let residuals: Vec<_> = views.iter().map(|v| v.residuals_px.clone()).collect();
         let k = huber_px(&self.blocks, &residuals);
         for (block, view) in self.blocks.iter_mut().zip(views) {
-            block.set_weights(|c| {
-                let length = view.residuals_px[c].norm();
-                let e = view.weights[c].sqrt() * length;
-                if e > k { (e * e / (k * length)).powi(2) } else { view.weights[c] }
-            });
+            block.set_weights(view.residuals_px.iter().zip(&view.weights).map(|(r, weight)| {
+                let e = weight.sqrt() * r.norm();
+                if e > k { (e * e / (k * r.norm())).powi(2) } else { *weight }
+            }));
         }
     }
 
@@ -303,7 +302,7 @@ fn block(calibration: &Calibration, target: &Target, i: usize) -> Option<Block> 
     let observed: Option<Vec<_>> =
         projected.map(|(p, r)| Some((camera.spec().project)(&camera.params, &p)?.px + r)).collect();
     let mut block = Block::new(&on_board?, &observed?);
-    block.set_weights(|c| view.weights[c]);
+    block.set_weights(view.weights.iter().copied());
     Some(block)
 }
 

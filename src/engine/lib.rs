@@ -53,6 +53,7 @@ pub mod synth;
 pub mod target;
 pub mod uncertainty;
 pub mod undistort;
+mod wide;
 pub mod zhang;
 
 pub use error::{Error, Result};

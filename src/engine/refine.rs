@@ -25,19 +25,22 @@
 
 pub mod block;
 mod cholesky;
+mod descent;
+mod measure;
 mod normal;
 mod schur;
 
-use nalgebra::{DMatrix, Rotation3, Vector3};
+use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 
 use super::{
-    Error, Result,
+    Result,
     camera::{Model, Spec},
     pose::Pose,
     solution::{Iteration, Termination},
 };
 use block::Block;
+pub(crate) use descent::Descent;
 use normal::Normal;
 
 /// Which intrinsics are free and which share one value.
@@ -182,92 +185,24 @@ pub struct Refined {
     pub termination: Termination,
     /// Each step.
     pub iterations: Vec<Iteration>,
-    /// Damping that the next step would have taken.
-    pub damping: f64,
 }
-
-const LARGEST_DAMPING: f64 = 1e12;
 
 /// Refines from `start` until convergence or a limit. `report` is asked after each step whether to go on.
 ///
 /// # Errors
 /// [`Error::Degenerate`] where the start does not see its corners, [`Error::Stopped`] where `report` breaks.
+///
+/// [`Error::Degenerate`]: crate::Error::Degenerate
+/// [`Error::Stopped`]: crate::Error::Stopped
 pub fn refine(
     problem: &Problem<'_>,
     start: &State,
     limits: Limits,
     report: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<Refined> {
-    let mut at = centred(problem, start);
-    let mut sum = normal::cost(problem, &at);
-    if !sum.cost.is_finite() {
-        return Err(Error::Degenerate("the start of the refinement does not see all corners".into()));
-    }
-    let mut system = Normal::new(problem);
-    let mut work = schur::Eliminated::new(problem);
-    let mut iterations = Vec::new();
-    let mut damping = limits.damping;
-    let mut fresh = false;
-    let mut termination = Termination::IterationLimit;
-    let mut nearly = false; // the first step from the current point promised next to nothing
-    for _ in 0..limits.iterations {
-        if report().is_break() {
-            return Err(Error::Stopped);
-        }
-        let first = !fresh;
-        if first {
-            system.build(problem, &at);
-            fresh = true;
-        }
-        let Some(step) = work.solve(&system, damping) else {
-            if damping > LARGEST_DAMPING {
-                termination = Termination::Stuck;
-                break;
-            }
-            iterations.push(Iteration { cost: sum.cost, rms_px: sum.rms_px(), damping, accepted: false });
-            damping *= 10.0;
-            continue;
-        };
-        if first {
-            if step.gradient_rms <= f64::EPSILON * f64::EPSILON * sum.cost {
-                termination = Termination::GradientConverged;
-                break;
-            }
-            nearly = step.predicted <= limits.tolerance.max(1e-11) * sum.cost;
-        }
-        let next = moved(problem, &at, &work);
-        let trial = normal::cost(problem, &next);
-        let accepted = trial.cost <= sum.cost;
-        let gain = (sum.cost - trial.cost) / step.predicted;
-        if accepted {
-            let promise = step.predicted / sum.cost;
-            (at, sum, fresh) = (next, trial, false);
-            iterations.push(Iteration { cost: sum.cost, rms_px: sum.rms_px(), damping, accepted });
-            if promise <= limits.tolerance && damping <= 1e-2 {
-                termination = Termination::CostConverged;
-                break;
-            }
-            if step.largest_px <= f64::EPSILON * sum.largest_px {
-                termination = Termination::StepConverged;
-                break;
-            }
-            damping = if gain > 0.5 { (damping * 0.1).max(1e-14) } else { damping * 2.0 };
-        } else {
-            iterations.push(Iteration { cost: sum.cost, rms_px: sum.rms_px(), damping, accepted });
-            if nearly || step.largest_px <= f64::EPSILON * sum.largest_px {
-                // What an undamped step promised is below what rounding lets the sum resolve: this is the optimum, by its
-                // gradient. The rejected step is not taken.
-                termination = Termination::GradientConverged;
-                break;
-            }
-            damping *= 10.0;
-            if damping > LARGEST_DAMPING {
-                termination = Termination::Stuck;
-                break;
-            }
-        }
-    }
-    Ok(Refined { state: uncentred(problem, &at), cost: sum.cost, termination, iterations, damping })
+    let mut descent = Descent::new(problem, start)?;
+    let termination = descent.run(problem, limits, report)?;
+    Ok(descent.refined(problem, termination))
 }
 
 /// Information matrix `U − Σ W V⁻¹ Wᵀ` of the free intrinsics at `state`, with the a-priori weights only: its inverse
@@ -276,42 +211,16 @@ pub fn information(problem: &Problem<'_>, state: &State) -> Option<DMatrix<f64>>
     let plain = Problem { huber_px: None, ..*problem };
     let mut system = Normal::new(&plain);
     system.build(&plain, &centred(&plain, state));
-    let p = problem.free.len();
-    let mut work = schur::Eliminated::new(&plain);
-    let reduced = work.eliminate(&system, 0.0)?;
-    Some(DMatrix::from_fn(p, p, |i, j| reduced[i.max(j)][i.min(j)]))
+    schur::Eliminated::new(&system).information(&system)
 }
 
 /// Residuals of every corner of block `index` at `state`, px.
 pub fn residuals(problem: &Problem<'_>, state: &State, index: usize) -> Vec<nalgebra::Vector2<f64>> {
     let block = &problem.blocks[index];
-    normal::residuals(problem, &state.params, &block.centred(&state.poses[index]), block)
+    measure::residuals(problem, &state.params, &block.centred(&state.poses[index]), block)
 }
 
 fn centred(problem: &Problem<'_>, state: &State) -> State {
     let poses = state.poses.iter().zip(problem.blocks).map(|(p, b)| b.centred(p)).collect();
     State { params: state.params.clone(), poses }
-}
-
-fn uncentred(problem: &Problem<'_>, state: &State) -> State {
-    let poses = state.poses.iter().zip(problem.blocks).map(|(p, b)| {
-        let mut pose = *p;
-        pose.rotation.renormalize();
-        b.uncentred(&pose)
-    });
-    State { params: state.params.clone(), poses: poses.collect() }
-}
-
-fn moved(problem: &Problem<'_>, at: &State, work: &schur::Eliminated) -> State {
-    let mut params = at.params.clone();
-    for (i, value) in params.iter_mut().enumerate() {
-        if let Some(slot) = problem.free.slot(i) {
-            *value += work.intrinsics[slot];
-        }
-    }
-    let poses = at.poses.iter().zip(&work.poses).map(|(pose, d)| Pose {
-        rotation: Rotation3::from_scaled_axis(Vector3::new(d[0], d[1], d[2])) * pose.rotation,
-        translation: pose.translation + Vector3::new(d[3], d[4], d[5]),
-    });
-    State { params, poses: poses.collect() }
 }

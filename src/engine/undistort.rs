@@ -10,12 +10,13 @@
 //! channel.
 
 mod crop;
+mod curves;
 mod displacement;
 mod map;
 pub mod projection;
 mod reach;
 mod region;
-mod remap;
+pub(crate) mod remap;
 mod view;
 mod window;
 
@@ -119,6 +120,11 @@ impl Straightener {
             map = Map::of_view(camera, &view)?;
         }
         Ok(Self { view, map, warnings: warnings(camera, framing.projection) })
+    }
+
+    /// Computes all positions once, for many photographs to come ([`Map::keep`]).
+    pub fn keep(&mut self) {
+        self.map.keep();
     }
 
     /// Undistorts one photograph.

@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 use std::ops::ControlFlow;
 
 use super::{Constraints, Loss, Problem, Seen, prepare, robust, robust::Fitted, solve, unless_stopped};
-use crate::{Result, observation::FrameId, refine};
+use crate::{Result, observation::FrameId};
 
 /// Suspected from this many times the typical error…
 const WORSE: f64 = 3.0;
@@ -51,7 +51,7 @@ pub(super) fn set_aside(
         let misfit = misfit(problem, &bad, &without).unwrap_or(f64::INFINITY);
         let moved = problem.options.loss == Loss::Huber
             && misfit > MISFIT * after
-            && shift(problem, constraints, fitted, &without) > SHIFT;
+            && shift(constraints, fitted, &without) > SHIFT;
         if before < RELIEF * after && !moved {
             return Ok(());
         }
@@ -80,27 +80,16 @@ fn rms<'a>(residuals: impl Iterator<Item = &'a Vec<Vector2<f64>>>) -> f64 {
 /// RMS of a picture under the camera of the others, px.
 fn misfit(problem: &Problem, view: &Seen, fitted: &Fitted) -> Option<f64> {
     let params = &fitted.refined.state.params;
-    let (block, pose) = prepare::pose(view, problem.cameras[0].model, params)?;
+    let (block, pose) = prepare::pose(view, problem.cameras[0].model, params, &mut None)?;
     Some(rms(std::iter::once(&prepare::residuals(&block, problem.cameras[0].model, params, &pose))))
 }
 
 /// Largest change of a free intrinsic between two solutions, in σ of the second.
-fn shift(problem: &Problem, constraints: &Constraints, a: &Fitted, b: &Fitted) -> f64 {
-    let free = &constraints.free;
-    let at = refine::Problem {
-        spec: problem.cameras[0].model.spec(),
-        free,
-        blocks: &b.blocks,
-        huber_px: None,
-        single_precision: false,
-    };
-    let Some((covariance, _)) =
-        refine::information(&at, &b.refined.state).and_then(|i| robust::covariance(&i))
-    else {
-        return 0.0;
-    };
+fn shift(constraints: &Constraints, a: &Fitted, b: &Fitted) -> f64 {
+    let Some((covariance, _)) = b.information.as_ref().and_then(robust::covariance) else { return 0.0 };
     let (a, b_params) = (&a.refined.state.params, &b.refined.state.params);
-    let in_sigma = free
+    let in_sigma = constraints
+        .free
         .leaders()
         .into_iter()
         .enumerate()

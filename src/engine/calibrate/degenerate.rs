@@ -40,7 +40,7 @@ pub(super) fn check(
     // Things that are not flat need not be turned.
     let solid = views.iter().any(|v| v.plane.is_solid());
     let uneven = views.iter().any(|v| v.plane.is_uneven());
-    let covariance = refine::information(problem, state).and_then(|i| robust::covariance(&i));
+    let covariance = fitted.information.as_ref().and_then(robust::covariance);
     let Some((unit, _)) = covariance else {
         return Err(refusal(problem, setup, spread, singular_values, None));
     };

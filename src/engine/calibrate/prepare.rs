@@ -3,13 +3,13 @@
 use nalgebra::{Matrix3, Point3, Vector2, Vector3};
 use std::{collections::BTreeMap, ops::ControlFlow};
 
-use super::{Options, Precision, Problem, robust, start::FISHEYE_FOCALS};
+use super::{Options, Precision, Problem, robust::median, start::FISHEYE_FOCALS};
 use crate::{
     camera::{Model, Spec},
     dlt, homography,
     observation::{FrameId, Observation},
     pose::Pose,
-    refine::{self, Free, Limits, State, block::Block},
+    refine::{self, Descent, Free, Limits, State, block::Block},
     spread::Plane,
     zhang,
 };
@@ -146,8 +146,7 @@ fn view(problem: &Problem, points: &[Point3<f64>], observation: &Observation) ->
         };
         let mut errors: Vec<f64> =
             plane.iter().zip(&seen.px).map(|(b, p)| (homography::apply(&fit.matrix, b) - p).norm()).collect();
-        errors.sort_by(f64::total_cmp);
-        seen.bent_px = errors[errors.len() / 2];
+        seen.bent_px = median(&mut errors);
         seen.homography = Some(fit.matrix);
     }
     // No lens bends a board by a sixth of its size; corners in a wrong order do.
@@ -214,7 +213,7 @@ impl Seen {
         let error = |(board, px): (&Point3<f64>, &Vector2<f64>)| {
             (spec.project_px)(params, &pose.apply(board).coords).map_or(f64::INFINITY, |p| (p - px).norm())
         };
-        robust::median(&mut self.board.iter().zip(&self.px).map(error).collect::<Vec<_>>())
+        median(&mut self.board.iter().zip(&self.px).map(error).collect::<Vec<_>>())
     }
 
     /// Whether one view tells of its points that they are mirrored.
@@ -250,15 +249,29 @@ fn flat_pose(view: &Seen, spec: &Spec, params: &[f64]) -> Option<Pose> {
 }
 
 /// The pose of a view and a few steps with the camera held; `None` where none sees the corners.
-pub(super) fn pose(view: &Seen, model: Model, params: &[f64]) -> Option<(Block, Pose)> {
+///
+/// `memory` is kept from view to view.
+pub(super) fn pose(
+    view: &Seen,
+    model: Model,
+    params: &[f64],
+    memory: &mut Option<Descent>,
+) -> Option<(Block, Pose)> {
     let block = view.block();
     let pose = first_pose(view, model.spec(), params)?;
     let free = Free::none(model);
     let start = State { params: params.to_vec(), poses: vec![pose] };
     let limits = Limits { iterations: 2, tolerance: 1e-3, damping: 1e-6 };
-    let go_on = &mut || ControlFlow::Continue(());
-    let refined = refine::refine(&alone(&block, model, &free), &start, limits, go_on).ok()?;
-    let pose = *refined.state.poses.first()?;
+    let problem = alone(&block, model, &free);
+    let descent = match memory {
+        Some(descent) => {
+            descent.restart(&problem, &start).ok()?;
+            descent
+        }
+        None => memory.insert(Descent::new(&problem, &start).ok()?),
+    };
+    descent.run(&problem, limits, &mut || ControlFlow::Continue(())).ok()?;
+    let pose = descent.poses(&problem).next()?;
     Some((block, pose))
 }
 

@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 use super::{Loss, Options, Weights, prepare::Seen};
 use crate::{
     Result,
-    refine::{self, Limits, Refined, State, block::Block},
-    solution::Iteration,
+    camera::{LANES, Lanes},
+    refine::{self, Descent, Limits, Refined, State, block::Block},
 };
 
 /// Threshold of Huber's loss in standard deviations of one coordinate.
@@ -20,12 +20,16 @@ const FLOOR_PX: f64 = 3e-3;
 /// Scale below which the loss stays quadratic, px: what exact pictures leave is the shape of pixels and lens, the same for
 /// many corners. To call a part of it outliers would bias the camera and flatter its σ.
 const LOSS_FLOOR_PX: f64 = 0.015;
+/// Scale and weights are settled when they change by this share of the scale, which some 10⁵ corners would not tell better.
+const STILL: f64 = 1e-3;
 /// In standard deviations of one coordinate: an outlier. Normal noise goes there once in 270 000 corners.
 pub(super) const OUTLIER: f64 = 5.0;
 
 /// The optimum with its loss.
 pub(super) struct Fitted {
     pub(super) refined: Refined,
+    /// Of the free intrinsics, with the a-priori weights only ([`refine::information`]).
+    pub(super) information: Option<DMatrix<f64>>,
     pub(super) blocks: Vec<Block>,
     pub(super) residuals: Vec<Vec<Vector2<f64>>>,
     /// Robust σ of one coordinate of a corner of weight 1, px.
@@ -33,76 +37,93 @@ pub(super) struct Fitted {
     pub(super) huber_px: Option<f64>,
 }
 
-/// Refines, with the scale of the loss and the weights brought to agree with the residuals.
+/// Refines `blocks`, with the scale of the loss and the weights brought to agree with the residuals; `problem` is without them.
 pub(super) fn fit(
     problem: &refine::Problem<'_>,
+    mut blocks: Vec<Block>,
     views: &[Seen],
-    start: State,
+    start: &State,
     options: &Options,
     report: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<Fitted> {
     const ROUNDS: usize = 30;
-    let mut blocks = problem.blocks.to_vec();
     let robust = options.loss == Loss::Huber;
     let weighted = options.weights == Weights::Sigma && uneven(views);
-    // The start is near already. In most rounds one step is enough: the scale moves less than that.
-    let mut limits = Limits { iterations: options.max_iterations, tolerance: 1e-3, damping: 1e-7 };
-    let adaptive = robust || weighted;
-    let mut history: Vec<Iteration> = Vec::new();
-    let mut at = start;
     let mut huber_px = None;
     let mut scale_px = 0.0;
-    if adaptive {
-        // Rounds until scale and weights stand still.
+    let mut descent = Descent::new(&refine::Problem { blocks: &blocks, huber_px, ..*problem }, start)?;
+    // The start is near already.
+    let mut limits = Limits { iterations: options.max_iterations, tolerance: 0.1, damping: 1e-7 };
+    if robust || weighted {
+        // Rounds until scale and weights stand still. In most rounds one step is enough: the scale moves less than that.
+        let variances: Vec<f64> = if weighted {
+            views.iter().flat_map(|v| &v.sigma_px).map(|s| floored(*s).powi(2)).collect()
+        } else {
+            Vec::new()
+        };
         let mut excess = f64::NAN;
+        let mut squares = Vec::with_capacity(variances.len());
         for _ in 0..ROUNDS {
-            let residuals = all_residuals(problem, &at);
             let before = (scale_px, excess);
             if weighted {
-                excess = excess_variance(views, &residuals);
-                set_weights(&mut blocks, views, excess);
+                by_corner(&blocks, descent.squares(), &mut squares);
+                excess = excess_variance(&variances, &mut squares);
+                set_weights(&mut blocks, &variances, excess);
             }
-            scale_px = scale(&blocks, &residuals);
+            let now = refine::Problem { blocks: &blocks, huber_px, ..*problem };
+            descent.weighted_squares(&now, &mut squares);
+            scale_px = scale(median(&mut squares).sqrt());
             if robust {
                 huber_px = Some(threshold(scale_px));
             }
-            let still = |a: f64, b: f64| (a - b).abs() <= 1e-4 * b.abs();
-            if still(before.0, scale_px)
-                && (!weighted || (before.1.sqrt() - excess.sqrt()).abs() <= 1e-4 * scale_px)
-            {
+            let now = refine::Problem { blocks: &blocks, huber_px, ..*problem };
+            descent.reweigh(&now);
+            let still = |a: f64, b: f64| (a - b).abs() <= STILL * scale_px;
+            if still(before.0, scale_px) && (!weighted || still(before.1.sqrt(), excess.sqrt())) {
                 break;
             }
-            let now = refine::Problem { blocks: &blocks, huber_px, ..*problem };
-            let refined = refine::refine(&now, &at, limits, report)?;
-            history.extend(&refined.iterations);
-            limits.damping = refined.damping;
-            at = refined.state;
+            descent.run(&now, limits, report)?;
         }
     }
     let now = refine::Problem { blocks: &blocks, huber_px, ..*problem };
     limits.tolerance = Limits::full(views.iter().map(|v| v.px.len()).sum()).tolerance;
-    let mut refined = refine::refine(&now, &at, limits, report)?;
-    history.append(&mut refined.iterations);
-    refined.iterations = history;
+    let termination = descent.run(&now, limits, report)?;
+    let information = descent.information(&now);
+    let refined = descent.refined(&now, termination);
     let residuals = all_residuals(&now, &refined.state);
     if !robust {
-        scale_px = scale(&blocks, &residuals);
+        scale_px = scale(median_length(&blocks, &residuals));
     }
-    Ok(Fitted { refined, residuals, scale_px, huber_px, blocks })
+    Ok(Fitted { refined, information, residuals, scale_px, huber_px, blocks })
 }
 
 fn all_residuals(problem: &refine::Problem<'_>, state: &State) -> Vec<Vec<Vector2<f64>>> {
     (0..problem.blocks.len()).map(|i| refine::residuals(problem, state, i)).collect()
 }
 
-/// Robust σ of one coordinate, from the median length of the weighted residuals, px.
-fn scale(blocks: &[Block], residuals: &[Vec<Vector2<f64>>]) -> f64 {
-    let mut lengths: Vec<f64> = blocks
+/// Values of all corners, without the padding.
+fn by_corner(blocks: &[Block], padded: &[Lanes], to: &mut Vec<f64>) {
+    to.clear();
+    let mut rest = padded;
+    for block in blocks {
+        let (own, others) = rest.split_at(block.len().div_ceil(LANES));
+        to.extend(&own.as_flattened()[..block.len()]);
+        rest = others;
+    }
+}
+
+/// Median length of the weighted residuals, px.
+fn median_length(blocks: &[Block], residuals: &[Vec<Vector2<f64>>]) -> f64 {
+    let squares = blocks
         .iter()
         .zip(residuals)
-        .flat_map(|(b, r)| r.iter().enumerate().map(|(i, r)| b.weight(i).sqrt() * r.norm()))
-        .collect();
-    (median(&mut lengths) / MEDIAN_LENGTH).max(FLOOR_PX)
+        .flat_map(|(b, r)| r.iter().enumerate().map(|(i, r)| b.weight(i) * r.norm_squared()));
+    median(&mut squares.collect::<Vec<_>>()).sqrt()
+}
+
+/// Robust σ of one coordinate, from the median length of the weighted residuals, px.
+fn scale(median_length: f64) -> f64 {
+    (median_length / MEDIAN_LENGTH).max(FLOOR_PX)
 }
 
 fn threshold(scale_px: f64) -> f64 {
@@ -111,7 +132,7 @@ fn threshold(scale_px: f64) -> f64 {
 
 /// Threshold of Huber's loss that agrees with weighted residuals, px.
 pub(crate) fn huber_px(blocks: &[Block], residuals: &[Vec<Vector2<f64>>]) -> f64 {
-    threshold(scale(blocks, residuals))
+    threshold(scale(median_length(blocks, residuals)))
 }
 
 /// Whether the corners' σ are usable and differ.
@@ -124,15 +145,12 @@ fn uneven(views: &[Seen]) -> bool {
 /// Variance per coordinate that the residuals show beyond the corners' own σ², px²: the typical normalised residual
 /// becomes that of normal noise.
 ///
-/// Half of all corners have `r²/(σ² + excess) ≤ m²`, m the median length: so `excess` is the median of `r²/m² − σ²`.
-fn excess_variance(views: &[Seen], residuals: &[Vec<Vector2<f64>>]) -> f64 {
-    let mut beyond: Vec<f64> = views
-        .iter()
-        .zip(residuals)
-        .flat_map(|(v, r)| r.iter().zip(&v.sigma_px))
-        .map(|(r, s)| r.norm_squared() / (MEDIAN_LENGTH * MEDIAN_LENGTH) - floored(*s).powi(2))
-        .collect();
-    median(&mut beyond).max(0.0)
+/// `squares` are the residuals', px², and are used up. Half of all corners have `r²/(σ² + excess) ≤ m²`, m the median length: so `excess` is the median of `r²/m² − σ²`.
+fn excess_variance(variances: &[f64], squares: &mut [f64]) -> f64 {
+    for (square, variance) in squares.iter_mut().zip(variances) {
+        *square = *square / (MEDIAN_LENGTH * MEDIAN_LENGTH) - variance;
+    }
+    median(squares).max(0.0)
 }
 
 fn floored(sigma_px: f64) -> f64 {
@@ -140,13 +158,14 @@ fn floored(sigma_px: f64) -> f64 {
 }
 
 /// Weights `∝ 1/(σ² + excess)` with mean 1.
-fn set_weights(blocks: &mut [Block], views: &[Seen], excess: f64) {
-    let weight = |s: f64| 1.0 / (floored(s).powi(2) + excess);
-    let (sum, count) =
-        views.iter().flat_map(|v| &v.sigma_px).fold((0.0, 0usize), |(sum, n), s| (sum + weight(*s), n + 1));
-    let mean = sum / count.max(1) as f64;
-    for (block, view) in blocks.iter_mut().zip(views) {
-        block.set_weights(|i| weight(view.sigma_px[i]) / mean);
+fn set_weights(blocks: &mut [Block], variances: &[f64], excess: f64) {
+    let weights: Vec<f64> = variances.iter().map(|v| 1.0 / (v + excess)).collect();
+    let mean = weights.iter().sum::<f64>() / weights.len().max(1) as f64;
+    let mut rest = &weights[..];
+    for block in blocks {
+        let (own, others) = rest.split_at(block.len());
+        block.set_weights(own.iter().map(|w| w / mean));
+        rest = others;
     }
 }
 

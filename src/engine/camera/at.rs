@@ -3,6 +3,7 @@
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 
 use super::{Batch, LANES, Lanes, MAX_PARAMS, Projection};
+use crate::wide;
 
 /// What a model with `N` parameters computes for a point; `px` is NaN where it cannot see it.
 pub(super) struct At<const N: usize> {
@@ -80,6 +81,74 @@ pub(super) fn one_px(
     (u.is_finite() && v.is_finite()).then(|| Vector2::new(u, v))
 }
 
+/// A function over a batch, for [`wide::run`].
+struct Batched<'a, F, T> {
+    f: F,
+    p: &'a [f64],
+    points: &'a [Lanes; 3],
+    out: &'a mut T,
+}
+
+impl<F: Fn(&[f64], &[Lanes; 3], &mut T), T> wide::Kernel for Batched<'_, F, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        (self.f)(self.p, self.points, self.out);
+    }
+}
+
+/// Runs a function over a batch in wide registers; `f` is `#[inline(always)]`.
+#[inline(always)]
+pub(super) fn batch<T>(f: impl Fn(&[f64], &[Lanes; 3], &mut T), p: &[f64], points: &[Lanes; 3], out: &mut T) {
+    wide::run(Batched { f, p, points, out });
+}
+
+/// A function of one point over a batch, for [`wide::run`].
+struct Each<'a, F, T> {
+    f: F,
+    p: &'a [f64],
+    points: &'a [Lanes; 3],
+    out: &'a mut T,
+}
+
+impl<const N: usize, F: Fn(&[f64], [f64; 3]) -> At<N>> wide::Kernel for Each<'_, F, Batch> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { f, p, points, out } = self;
+        for l in 0..LANES {
+            let at = f(p, [points[0][l], points[1][l], points[2][l]]);
+            for side in 0..2 {
+                out.px[side][l] = at.px[side];
+                for k in 0..3 {
+                    out.by_point[side][k][l] = at.by_point[side][k];
+                }
+                for k in 0..N {
+                    // What is zero in every model is never written.
+                    if k != 1 - side && k != 3 - side {
+                        out.by_params[side][k][l] = at.by_params[side][k];
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl<F: Fn(&[f64], [f64; 3]) -> [f64; 2]> wide::Kernel for Each<'_, F, [Lanes; 2]> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { f, p, points, out } = self;
+        for l in 0..LANES {
+            let [u, v] = f(p, [points[0][l], points[1][l], points[2][l]]);
+            (out[0][l], out[1][l]) = (u, v);
+        }
+    }
+}
+
 /// [`super::Spec::project_batch`].
 #[inline(always)]
 pub(super) fn all<const N: usize>(
@@ -91,21 +160,7 @@ pub(super) fn all<const N: usize>(
     if cfg!(target_arch = "wasm32") {
         return one_by_one(|point| one(at, p, point), N, points, out);
     }
-    for l in 0..LANES {
-        let at = at(p, [points[0][l], points[1][l], points[2][l]]);
-        for side in 0..2 {
-            out.px[side][l] = at.px[side];
-            for k in 0..3 {
-                out.by_point[side][k][l] = at.by_point[side][k];
-            }
-            for k in 0..N {
-                // What is zero in every model is never written.
-                if k != 1 - side && k != 3 - side {
-                    out.by_params[side][k][l] = at.by_params[side][k];
-                }
-            }
-        }
-    }
+    wide::run(Each { f: at, p, points, out });
 }
 
 /// [`super::Spec::project_px_batch`].
@@ -116,13 +171,12 @@ pub(super) fn all_px(
     points: &[Lanes; 3],
     out: &mut [Lanes; 2],
 ) {
+    if !cfg!(target_arch = "wasm32") {
+        return wide::run(Each { f: px, p, points, out });
+    }
     for l in 0..LANES {
-        let [x, y, z] = [points[0][l], points[1][l], points[2][l]];
-        let [u, v] = if cfg!(target_arch = "wasm32") {
-            one_px(px, p, &Vector3::new(x, y, z)).map_or([f64::NAN; 2], Into::into)
-        } else {
-            px(p, [x, y, z])
-        };
+        let point = Vector3::new(points[0][l], points[1][l], points[2][l]);
+        let [u, v] = one_px(px, p, &point).map_or([f64::NAN; 2], Into::into);
         (out[0][l], out[1][l]) = (u, v);
     }
 }

@@ -15,6 +15,7 @@ use nalgebra::{Matrix2, Matrix2x3, Vector2, Vector3};
 
 use super::{
     Batch, LANES, Lanes, MAX_PARAMS, Projection, Spec,
+    at::batch,
     pinhole::{self, params},
 };
 
@@ -34,8 +35,8 @@ pub static SPEC: Spec = Spec {
     params: params!("k1" "k2" "p1" "p2" "k3"),
     project,
     project_px,
-    project_batch,
-    project_px_batch,
+    project_batch: |p, x, out| batch(project_batch, p, x, out),
+    project_px_batch: |p, x, out| batch(project_px_batch, p, x, out),
     guess_ray: pinhole::guess_ray,
     examples: &[
         &[533.0, 533.2, 342.3, 234.0, -0.2854, 0.064, 1.1e-3, -1.3e-4, 0.0],
@@ -99,6 +100,7 @@ fn project(p: &[f64], point: &Vector3<f64>) -> Option<Projection> {
     Some(Projection { px: Vector2::new(fx * xd + p[2], fy * yd + p[3]), by_point, by_params })
 }
 
+#[inline(always)]
 fn project_batch(p: &[f64], point: &[Lanes; 3], out: &mut Batch) {
     let [fx, fy, cx, cy] = [p[0], p[1], p[2], p[3]];
     let [k1, k2, p1, p2, k3] = [p[K1], p[K2], p[P1], p[P2], p[K3]];
@@ -132,6 +134,7 @@ fn project_batch(p: &[f64], point: &[Lanes; 3], out: &mut Batch) {
     }
 }
 
+#[inline(always)]
 fn project_px_batch(p: &[f64], point: &[Lanes; 3], out: &mut [Lanes; 2]) {
     let [fx, fy, cx, cy] = [p[0], p[1], p[2], p[3]];
     let [k1, k2, p1, p2, k3] = [p[K1], p[K2], p[P1], p[P2], p[K3]];

@@ -130,13 +130,17 @@ fn tilt(tx: f64, ty: f64) -> [Matrix3<f64>; 3] {
     [z * r, by(ry * drx), by(dry * rx)]
 }
 
-/// With tilt, 18 parameters.
+/// With tilt, 18 parameters; what is the same for all points is computed once.
 #[inline(always)]
-pub(super) fn at_tilted(p: &[f64], point: [f64; 3]) -> At<18> {
+pub(super) fn at_tilted(p: &[f64]) -> impl Fn(&[f64], [f64; 3]) -> At<18> + Copy {
+    let tilted = tilt(p[16], p[17]);
+    move |p, point| at_tilted_by(&tilted, p, point)
+}
+
+#[inline(always)]
+fn at_tilted_by([t, t_by_tx, t_by_ty]: &[Matrix3<f64>; 3], p: &[f64], point: [f64; 3]) -> At<18> {
     let [iz, x, y] = normalised(point);
-    let q = terms::<18>(p);
-    let b = bent(&q, x, y);
-    let [t, t_by_tx, t_by_ty] = tilt(q[12], q[13]);
+    let b = bent(&terms::<18>(p), x, y);
     let d = Vector3::new(b.xd.v, b.yd.v, 1.0);
     let h = t * d;
     let iw = 1.0 / h.z;
@@ -158,10 +162,15 @@ pub(super) fn at_tilted(p: &[f64], point: [f64; 3]) -> At<18> {
 
 /// [`at_tilted`] without derivatives.
 #[inline(always)]
-pub(super) fn px_tilted(p: &[f64], point: [f64; 3]) -> [f64; 2] {
+pub(super) fn px_tilted(p: &[f64]) -> impl Fn(&[f64], [f64; 3]) -> [f64; 2] + Copy {
+    let [t, ..] = tilt(p[16], p[17]);
+    move |p, point| px_tilted_by(&t, p, point)
+}
+
+#[inline(always)]
+fn px_tilted_by(t: &Matrix3<f64>, p: &[f64], point: [f64; 3]) -> [f64; 2] {
     let [_, x, y] = normalised(point);
-    let q = terms::<18>(p);
-    let b = bent(&q, x, y);
-    let h = tilt(q[12], q[13])[0] * Vector3::new(b.xd.v, b.yd.v, 1.0);
+    let b = bent(&terms::<18>(p), x, y);
+    let h = t * Vector3::new(b.xd.v, b.yd.v, 1.0);
     [p[0] * (h.x / h.z) + p[2], p[1] * (h.y / h.z) + p[3]]
 }

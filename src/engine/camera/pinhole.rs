@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 
-use super::{Batch, LANES, Lanes, MAX_PARAMS, Param, Projection, Spec};
+use super::{Batch, LANES, Lanes, MAX_PARAMS, Param, Projection, Spec, at::batch};
 
 /// `fx fy cx cy`, the head of every model's list.
 pub(super) const INTRINSICS: [Param; 4] = [
@@ -36,8 +36,8 @@ pub static SPEC: Spec = Spec {
     params: &INTRINSICS,
     project,
     project_px,
-    project_batch,
-    project_px_batch,
+    project_batch: |p, x, out| batch(project_batch, p, x, out),
+    project_px_batch: |p, x, out| batch(project_px_batch, p, x, out),
     guess_ray,
     examples: &[&[500.0, 510.0, 319.5, 239.5], &[1200.0, 1190.0, 300.25, 260.75]],
     invalid: &[&[0.0, 500.0, 320.0, 240.0], &[500.0, f64::NAN, 320.0, 240.0], &[500.0, 500.0, 320.0]],
@@ -61,6 +61,7 @@ fn project(p: &[f64], point: &Vector3<f64>) -> Option<Projection> {
     Some(Projection { px, by_point, by_params })
 }
 
+#[inline(always)]
 fn project_batch(p: &[f64], point: &[Lanes; 3], out: &mut Batch) {
     let (fx, fy, cx, cy) = (p[0], p[1], p[2], p[3]);
     for l in 0..LANES {
@@ -80,6 +81,7 @@ fn project_batch(p: &[f64], point: &[Lanes; 3], out: &mut Batch) {
     }
 }
 
+#[inline(always)]
 fn project_px_batch(p: &[f64], point: &[Lanes; 3], out: &mut [Lanes; 2]) {
     let (fx, fy, cx, cy) = (p[0], p[1], p[2], p[3]);
     for l in 0..LANES {

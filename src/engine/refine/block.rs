@@ -39,14 +39,14 @@ impl Block {
             center,
             count,
         };
-        block.set_weights(|_| 1.0);
+        block.set_weights(std::iter::repeat_n(1.0, count));
         block
     }
 
-    /// Sets the a-priori weight of each squared residual by the corner's position in the block.
-    pub fn set_weights(&mut self, weight: impl Fn(usize) -> f64) {
-        for i in 0..self.count {
-            self.roots[i / LANES][i % LANES] = weight(i).sqrt();
+    /// Sets the a-priori weight of each squared residual, in the order of the corners.
+    pub fn set_weights(&mut self, weights: impl Iterator<Item = f64>) {
+        for (root, weight) in self.roots.as_flattened_mut()[..self.count].iter_mut().zip(weights) {
+            *root = weight.sqrt();
         }
     }
 

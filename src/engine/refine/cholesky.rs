@@ -1,4 +1,5 @@
-//! Cholesky factors of the leading `n × n` part of small fixed arrays; only lower triangles are read and written.
+//! Cholesky factors of the leading `n × n` part of small fixed arrays; only lower triangles are read and written. The diagonal of a
+//! factor holds reciprocals.
 
 /// Replaces the lower triangle of `a` by its factor; `false` where `a` is not positive definite.
 #[inline(always)]
@@ -12,14 +13,14 @@ pub(super) fn factor<const N: usize>(a: &mut [[f64; N]; N], n: usize) -> bool {
         if !(d > 1e-15 * a[j][j] && d.is_finite()) {
             return false;
         }
-        let root = d.sqrt();
-        a[j][j] = root;
+        let inverse = 1.0 / d.sqrt();
+        a[j][j] = inverse;
         for i in j + 1..n {
             let mut s = a[i][j];
             for k in 0..j {
                 s -= a[i][k] * a[j][k];
             }
-            a[i][j] = s / root;
+            a[i][j] = s * inverse;
         }
     }
     true
@@ -27,24 +28,24 @@ pub(super) fn factor<const N: usize>(a: &mut [[f64; N]; N], n: usize) -> bool {
 
 /// `b ← L⁻¹ b`.
 #[inline(always)]
-pub(super) fn forward<const N: usize>(l: &[[f64; N]; N], b: &mut [f64; N], n: usize) {
+pub(super) fn forward<const N: usize>(l: &[[f64; N]; N], b: &mut [f64], n: usize) {
     for i in 0..n {
         let mut s = b[i];
         for k in 0..i {
             s -= l[i][k] * b[k];
         }
-        b[i] = s / l[i][i];
+        b[i] = s * l[i][i];
     }
 }
 
 /// `b ← L⁻ᵀ b`.
 #[inline(always)]
-pub(super) fn backward<const N: usize>(l: &[[f64; N]; N], b: &mut [f64; N], n: usize) {
+pub(super) fn backward<const N: usize>(l: &[[f64; N]; N], b: &mut [f64], n: usize) {
     for i in (0..n).rev() {
         let mut s = b[i];
         for k in i + 1..n {
             s -= l[k][i] * b[k];
         }
-        b[i] = s / l[i][i];
+        b[i] = s * l[i][i];
     }
 }

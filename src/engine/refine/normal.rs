@@ -1,11 +1,10 @@
-//! Residuals, cost and the blocks of the normal matrix, in lanes.
+//! The blocks of the normal matrix, in lanes.
 
-use nalgebra::Vector2;
-
-use super::{Problem, State, block::Block};
+use super::{Problem, State, block::Block, measure::transform, schur::Reduced};
 use crate::{
     camera::{Batch, LANES, Lanes, MAX_PARAMS},
     pose::Pose,
+    wide,
 };
 
 /// Six of the pose, the residual, the intrinsics.
@@ -17,8 +16,6 @@ const INTRINSICS: usize = 7;
 pub(super) struct ViewBlocks {
     /// `JpᵀJp`, lower triangle.
     pub v: [[f64; 6]; 6],
-    /// `Jpᵀr`.
-    pub g: [f64; 6],
     pub corners: usize,
 }
 
@@ -27,16 +24,22 @@ pub(super) struct Normal {
     /// Number of free intrinsics.
     pub free: usize,
     /// `Σ JbᵀJb`, lower triangle.
-    pub u: [[f64; MAX_PARAMS]; MAX_PARAMS],
+    pub u: Reduced,
     /// `Σ Jbᵀr`.
     pub gu: [f64; MAX_PARAMS],
     pub views: Vec<ViewBlocks>,
-    /// `JbᵀJp`: one row of six for each view and free parameter.
-    pub w: Vec<[f64; 6]>,
+    /// `JpᵀJb` of each view: a column for each free parameter, then `Jpᵀr`.
+    pub w: Vec<Six>,
+    /// [`Six`] of one view: columns of `w` in fours.
+    pub fours: usize,
     pub corners: usize,
+    batch: Box<Batch>,
     /// Of u, of v.
     sides: [Side; 2],
 }
+
+/// Four columns of a matrix of six rows.
+pub(super) type Six = [[f64; 4]; 6];
 
 /// What one coordinate of the picture contributes.
 struct Side {
@@ -61,78 +64,96 @@ struct Column {
     slot: usize,
 }
 
-/// Sums over all corners.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Sum {
-    /// Σ ρ(w |r|²).
-    pub cost: f64,
-    /// Σ |r|².
-    pub squares: f64,
-    pub corners: usize,
-    /// Largest coordinate seen, px: the scale of rounding.
-    pub largest_px: f64,
-}
-
-impl Sum {
-    pub(super) fn rms_px(&self) -> f64 {
-        (self.squares / self.corners.max(1) as f64).sqrt()
-    }
-}
-
 impl Normal {
     pub(super) fn new(problem: &Problem<'_>) -> Self {
         let n = problem.spec.params.len();
-        let chunks = problem.blocks.iter().map(|b| b.points.len()).max().unwrap_or(0);
-        let views = problem.blocks.len();
         // u never depends on fy, cy (1, 3), v never on fx, cx (0, 2).
         let sides = [[1, 3], [0, 2]].map(|absent| {
             let free = (0..n).filter(|i| !absent.contains(i));
             let columns: Vec<_> =
                 free.filter_map(|param| Some(Column { param, slot: problem.free.slot(param)? })).collect();
             let width = (INTRINSICS + columns.len()).next_multiple_of(2);
-            let rows = vec![[0.0; LANES]; chunks * width];
-            Side { columns, width, rows, products: vec![[0.0; HALF]; width * width] }
+            Side { columns, width, rows: Vec::new(), products: vec![[0.0; HALF]; width * width] }
         });
-        Self {
+        let mut new = Self {
             free: problem.free.len(),
-            u: [[0.0; MAX_PARAMS]; MAX_PARAMS],
+            u: Reduced::default(),
             gu: [0.0; MAX_PARAMS],
-            views: vec![ViewBlocks::default(); views],
-            w: vec![[0.0; 6]; views * problem.free.len()],
-            corners: problem.blocks.iter().map(Block::len).sum(),
+            views: Vec::new(),
+            w: Vec::new(),
+            fours: (problem.free.len() + 1).div_ceil(4),
+            corners: 0,
+            batch: Box::new(Batch::ZERO),
             sides,
+        };
+        new.resize(problem);
+        new
+    }
+
+    /// Makes room for other views.
+    pub(super) fn resize(&mut self, problem: &Problem<'_>) {
+        let chunks = problem.blocks.iter().map(|b| b.points.len()).max().unwrap_or(0);
+        for side in &mut self.sides {
+            side.rows.resize(chunks * side.width, [0.0; LANES]);
         }
+        self.views.resize(problem.blocks.len(), ViewBlocks::default());
+        self.w.resize(problem.blocks.len() * self.fours, Six::default());
+        self.corners = problem.blocks.iter().map(Block::len).sum();
     }
 
     /// Fills all blocks at a point (poses centred).
     pub(super) fn build(&mut self, problem: &Problem<'_>, at: &State) {
-        let mut batch = Batch::ZERO;
-        for side in &mut self.sides {
+        wide::run(Build { system: self, problem, at });
+    }
+
+    /// Columns of the matrix `w` of view `i`.
+    #[inline(always)]
+    pub(super) fn w(&self, i: usize) -> &[Six] {
+        &self.w[i * self.fours..(i + 1) * self.fours]
+    }
+}
+
+/// [`Normal::build`].
+struct Build<'a, 'p> {
+    system: &'a mut Normal,
+    problem: &'a Problem<'p>,
+    at: &'a State,
+}
+
+impl wide::Kernel for Build<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Normal { free, u, gu, views, w, fours, batch, sides, .. } = self.system;
+        let (problem, at) = (self.problem, self.at);
+        for side in sides.iter_mut() {
             side.products.fill([0.0; HALF]);
         }
         for (i, (block, pose)) in problem.blocks.iter().zip(&at.poses).enumerate() {
             let chunks = block.points.len();
             for chunk in 0..chunks {
-                linearise(problem, &at.params, block, pose, chunk, &mut batch, &mut self.sides);
+                linearise(problem, &at.params, block, pose, chunk, batch, sides);
             }
-            self.views[i] = ViewBlocks { corners: block.len(), ..ViewBlocks::default() };
-            let w = &mut self.w[i * self.free..(i + 1) * self.free];
-            w.fill([0.0; 6]);
-            for side in &mut self.sides {
+            views[i] = ViewBlocks { corners: block.len(), ..ViewBlocks::default() };
+            let w = &mut w[i * *fours..(i + 1) * *fours];
+            w.fill(Six::default());
+            for side in sides.iter_mut() {
                 side.multiply(chunks);
-                side.add_pose(&mut self.views[i], w);
+                side.add_pose(&mut views[i], w, *free);
             }
         }
-        self.u = [[0.0; MAX_PARAMS]; MAX_PARAMS];
-        self.gu = [0.0; MAX_PARAMS];
-        for side in &self.sides {
-            side.add_intrinsics(&mut self.u, &mut self.gu);
+        *u = Reduced::default();
+        *gu = [0.0; MAX_PARAMS];
+        for side in sides.iter() {
+            side.add_intrinsics(u, gu);
         }
     }
 }
 
 impl Side {
     /// Products of all columns of one view, in tiles of 2 × 2.
+    #[inline(always)]
     fn multiply(&mut self, chunks: usize) {
         let width = self.width;
         let rows = &self.rows[..chunks * width];
@@ -164,28 +185,30 @@ impl Side {
         }
     }
 
+    #[inline(always)]
     fn product(&self, a: usize, b: usize) -> f64 {
         let lanes = &self.products[a * self.width + b];
         (lanes[0] + lanes[2]) + (lanes[1] + lanes[3])
     }
 
     /// Adds what concerns the pose of the view multiplied last.
-    fn add_pose(&self, view: &mut ViewBlocks, w: &mut [[f64; 6]]) {
+    #[inline(always)]
+    fn add_pose(&self, view: &mut ViewBlocks, w: &mut [Six], free: usize) {
         for a in 0..6 {
             for b in 0..=a {
                 view.v[a][b] += self.product(a, b);
             }
-            view.g[a] += self.product(RESIDUAL, a);
+            w[free / 4][a][free % 4] += self.product(RESIDUAL, a);
         }
         for (a, column) in self.columns.iter().enumerate() {
             for b in 0..6 {
-                w[column.slot][b] += self.product(INTRINSICS + a, b);
+                w[column.slot / 4][b][column.slot % 4] += self.product(INTRINSICS + a, b);
             }
         }
     }
 
     /// Adds what concerns the intrinsics alone, of all views.
-    fn add_intrinsics(&self, u: &mut [[f64; MAX_PARAMS]; MAX_PARAMS], gu: &mut [f64; MAX_PARAMS]) {
+    fn add_intrinsics(&self, u: &mut Reduced, gu: &mut [f64; MAX_PARAMS]) {
         for (a, x) in self.columns.iter().enumerate() {
             gu[x.slot] += self.product(INTRINSICS + a, RESIDUAL);
             for (b, y) in self.columns[..=a].iter().enumerate() {
@@ -198,23 +221,8 @@ impl Side {
     }
 }
 
-/// `R x` and `R x + t` of one chunk.
-#[inline(always)]
-fn transform(pose: &Pose, points: &[Lanes; 3]) -> ([Lanes; 3], [Lanes; 3]) {
-    let (m, t) = (pose.matrix(), &pose.translation);
-    let mut turned = [[0.0; LANES]; 3];
-    let mut placed = [[0.0; LANES]; 3];
-    for k in 0..3 {
-        let (a, b, c) = (m[(k, 0)], m[(k, 1)], m[(k, 2)]);
-        for l in 0..LANES {
-            turned[k][l] = a * points[0][l] + b * points[1][l] + c * points[2][l];
-            placed[k][l] = turned[k][l] + t[k];
-        }
-    }
-    (turned, placed)
-}
-
 /// Weighted residuals and columns of one chunk.
+#[inline(always)]
 fn linearise(
     problem: &Problem<'_>,
     params: &[f64],
@@ -236,8 +244,14 @@ fn linearise(
     }
     let (mut scale, mut pull) = (*root, *root); // of Jacobian and residual: √w in the matrix; w in the gradient = scale · pull
     if let Some(k) = problem.huber_px {
+        let mut longest = 0.0f64;
+        let mut e = [0.0; LANES];
         for l in 0..LANES {
-            let e = root[l] * (r[0][l] * r[0][l] + r[1][l] * r[1][l]).sqrt();
+            e[l] = root[l] * root[l] * (r[0][l] * r[0][l] + r[1][l] * r[1][l]);
+            longest = if e[l] > longest { e[l] } else { longest };
+        }
+        for l in 0..if longest > k * k { LANES } else { 0 } {
+            let e = e[l].sqrt();
             // Selected, not branched, so that all lanes go together.
             let (longer, half, double) = if e > k { (e, 0.5, 2.0) } else { (k, 1.0, 1.0) };
             let factor = (half * (k / longer)).sqrt();
@@ -272,54 +286,4 @@ fn linearise(
             }
         }
     }
-}
-
-/// The sums at a point (poses centred); the cost is infinite or NaN where a corner is not visible.
-pub(super) fn cost(problem: &Problem<'_>, at: &State) -> Sum {
-    let mut total = Sum::default();
-    if at.params[0] <= 0.0 || at.params[1] <= 0.0 {
-        return Sum { cost: f64::INFINITY, ..total };
-    }
-    let mut px = [[0.0; LANES]; 2];
-    for (block, pose) in problem.blocks.iter().zip(&at.poses) {
-        let (mut cost, mut squares, mut largest) = ([0.0; LANES], [0.0; LANES], [0.0f64; LANES]);
-        for ((points, observed), root) in block.points.iter().zip(&block.observed).zip(&block.roots) {
-            let (_, placed) = transform(pose, points);
-            (problem.spec.project_px_batch)(&at.params, &placed, &mut px);
-            for l in 0..LANES {
-                let (du, dv) = (observed[0][l] - px[0][l], observed[1][l] - px[1][l]);
-                let square = du * du + dv * dv;
-                let weighted = root[l] * root[l] * square;
-                let real = if root[l] > 0.0 { 1.0 } else { 0.0 };
-                squares[l] += real * square;
-                largest[l] = largest[l].max(observed[0][l].abs()).max(observed[1][l].abs());
-                cost[l] += match problem.huber_px {
-                    Some(k) if weighted > k * k => 2.0 * k * weighted.sqrt() - k * k,
-                    _ => weighted,
-                };
-            }
-        }
-        total.cost += cost.iter().sum::<f64>();
-        total.squares += squares.iter().sum::<f64>();
-        total.largest_px = largest.iter().copied().fold(total.largest_px, f64::max);
-        total.corners += block.len();
-    }
-    total
-}
-
-/// Observed − projected of each corner of a block (pose centred), px.
-pub(super) fn residuals(
-    problem: &Problem<'_>,
-    params: &[f64],
-    pose: &Pose,
-    block: &Block,
-) -> Vec<Vector2<f64>> {
-    let mut px = [[0.0; LANES]; 2];
-    let mut all = Vec::with_capacity(block.len());
-    for (points, observed) in block.points.iter().zip(&block.observed) {
-        (problem.spec.project_px_batch)(params, &transform(pose, points).1, &mut px);
-        let n = LANES.min(block.len() - all.len());
-        all.extend((0..n).map(|l| Vector2::new(observed[0][l] - px[0][l], observed[1][l] - px[1][l])));
-    }
-    all
 }

@@ -1,7 +1,12 @@
 //! Solves the damped normal equations by eliminating the poses.
 
-use super::{Problem, cholesky, normal::Normal};
-use crate::camera::MAX_PARAMS;
+use nalgebra::DMatrix;
+
+use super::{
+    cholesky,
+    normal::{Normal, Six},
+};
+use crate::{camera::MAX_PARAMS, wide};
 
 /// What a step promises.
 pub(super) struct Step {
@@ -16,59 +21,42 @@ pub(super) struct Step {
 /// The factors of the eliminated poses and the step; allocated once.
 pub(super) struct Eliminated {
     factors: Vec<[[f64; 6]; 6]>,
-    /// `L⁻¹ Wᵀ`, one row of six for each view and free parameter.
-    w: Vec<[f64; 6]>,
-    /// `L⁻¹ g`, then the step of each pose `[ω, τ]`.
+    /// Step of each pose `[ω, τ]`.
     pub poses: Vec<[f64; 6]>,
     /// Step of the free intrinsics.
-    pub intrinsics: [f64; MAX_PARAMS],
+    pub intrinsics: [f64; SIZE],
 }
 
-type Reduced = [[f64; MAX_PARAMS]; MAX_PARAMS];
+/// Free intrinsics and one more, in fours.
+const SIZE: usize = (MAX_PARAMS + 1).next_multiple_of(4);
+
+/// A matrix of the size of the intrinsics.
+pub(super) type Reduced = [[f64; SIZE]; SIZE];
 
 impl Eliminated {
-    pub(super) fn new(problem: &Problem<'_>) -> Self {
-        let n = problem.blocks.len();
-        Self {
-            factors: vec![[[0.0; 6]; 6]; n],
-            w: vec![[0.0; 6]; n * problem.free.len()],
-            poses: vec![[0.0; 6]; n],
-            intrinsics: [0.0; MAX_PARAMS],
-        }
+    pub(super) fn new(system: &Normal) -> Self {
+        let mut new = Self { factors: Vec::new(), poses: Vec::new(), intrinsics: [0.0; SIZE] };
+        new.resize(system);
+        new
+    }
+
+    /// Makes room for another system.
+    pub(super) fn resize(&mut self, system: &Normal) {
+        let n = system.views.len();
+        self.factors.resize(n, [[0.0; 6]; 6]);
+        self.poses.resize(n, [0.0; 6]);
+    }
+
+    /// `U − Σ W V⁻¹ Wᵀ`; `None` where a pose is not determined.
+    pub(super) fn information(&mut self, system: &Normal) -> Option<DMatrix<f64>> {
+        let reduced = self.eliminate(system, 0.0)?;
+        let p = system.free;
+        Some(DMatrix::from_fn(p, p, |i, j| reduced[i.max(j)][i.min(j)]))
     }
 
     /// Eliminates the poses; the reduced matrix, its lower triangle, with the reduced gradient in `self.intrinsics`.
-    pub(super) fn eliminate(&mut self, system: &Normal, damping: f64) -> Option<Reduced> {
-        let p = system.free;
-        let mut s = system.u;
-        let mut g = system.gu;
-        for c in 0..p {
-            s[c][c] += damping * system.u[c][c];
-        }
-        for (i, view) in system.views.iter().enumerate() {
-            let l = &mut self.factors[i];
-            *l = view.v;
-            for k in 0..6 {
-                l[k][k] += damping * view.v[k][k];
-            }
-            if !cholesky::factor(l, 6) {
-                return None;
-            }
-            let y = &mut self.poses[i];
-            *y = view.g;
-            cholesky::forward(l, y, 6);
-            let w = &mut self.w[i * p..(i + 1) * p];
-            w.copy_from_slice(&system.w[i * p..(i + 1) * p]);
-            for c in 0..p {
-                cholesky::forward(l, &mut w[c], 6);
-                g[c] -= (0..6).map(|k| w[c][k] * y[k]).sum::<f64>();
-                for d in 0..=c {
-                    s[c][d] -= (0..6).map(|k| w[c][k] * w[d][k]).sum::<f64>();
-                }
-            }
-        }
-        self.intrinsics = g;
-        Some(s)
+    fn eliminate(&mut self, system: &Normal, damping: f64) -> Option<Reduced> {
+        wide::run(Eliminate { to: self, system, damping })
     }
 
     /// The step for a damping; `None` where the damped matrix is not positive definite.
@@ -80,28 +68,120 @@ impl Eliminated {
         }
         cholesky::forward(&s, &mut self.intrinsics, p);
         cholesky::backward(&s, &mut self.intrinsics, p);
+        self.intrinsics[p..].fill(0.0);
         let mut step = Step { predicted: 0.0, largest_px: 0.0, gradient_rms: 0.0 };
         let corners = system.corners as f64;
         for c in 0..p {
             step.count(self.intrinsics[c], system.gu[c], system.u[c][c], damping, corners);
         }
-        for (i, view) in system.views.iter().enumerate() {
-            let d = &mut self.poses[i];
-            for c in 0..p {
-                for k in 0..6 {
-                    d[k] -= self.w[i * p + c][k] * self.intrinsics[c];
-                }
-            }
-            cholesky::backward(&self.factors[i], d, 6);
-            for k in 0..6 {
-                step.count(d[k], view.g[k], view.v[k][k], damping, view.corners as f64);
-            }
-        }
+        wide::run(Poses { of: self, system, damping, step: &mut step });
         Some(step)
     }
 }
 
+/// [`Eliminated::eliminate`].
+struct Eliminate<'a> {
+    to: &'a mut Eliminated,
+    system: &'a Normal,
+    damping: f64,
+}
+
+impl wide::Kernel for Eliminate<'_> {
+    type Output = Option<Reduced>;
+
+    #[inline(always)]
+    fn run(self) -> Option<Reduced> {
+        let Self { to, system, damping } = self;
+        let (p, fours) = (system.free, system.fours);
+        let mut s = system.u;
+        // The gradient is one more row.
+        s[p][..p].copy_from_slice(&system.gu[..p]);
+        for c in 0..p {
+            s[c][c] += damping * system.u[c][c];
+        }
+        let mut room = [Six::default(); SIZE / 4];
+        let w = &mut room[..fours]; // L⁻¹ [Wᵀ g]
+        for (i, (view, l)) in system.views.iter().zip(to.factors.iter_mut()).enumerate() {
+            *l = view.v;
+            for k in 0..6 {
+                l[k][k] += damping * view.v[k][k];
+            }
+            if !cholesky::factor(l, 6) {
+                return None;
+            }
+            for (to, from) in w.iter_mut().zip(system.w(i)) {
+                let mut rows = *from;
+                for i in 0..6 {
+                    for k in 0..i {
+                        for c in 0..4 {
+                            rows[i][c] -= l[i][k] * rows[k][c];
+                        }
+                    }
+                    for c in 0..4 {
+                        rows[i][c] *= l[i][i];
+                    }
+                }
+                *to = rows;
+            }
+            for (a, left) in w.iter().enumerate() {
+                for (b, right) in w[..=a].iter().enumerate() {
+                    for (i, row) in s[4 * a..4 * a + 4].iter_mut().enumerate() {
+                        for c in 0..4 {
+                            let mut sum = 0.0;
+                            for k in 0..6 {
+                                sum += left[k][i] * right[k][c];
+                            }
+                            row[4 * b + c] -= sum;
+                        }
+                    }
+                }
+            }
+        }
+        to.intrinsics = s[p];
+        Some(s)
+    }
+}
+
+/// The steps of the poses that follow from that of the intrinsics.
+struct Poses<'a> {
+    of: &'a mut Eliminated,
+    system: &'a Normal,
+    damping: f64,
+    step: &'a mut Step,
+}
+
+impl wide::Kernel for Poses<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { of: Eliminated { factors, poses, intrinsics }, system, damping, step } = self;
+        let p = system.free;
+        // The gradient's own column counts once, the other way round.
+        let mut by = *intrinsics;
+        by[p] = -1.0;
+        for (i, ((view, l), d)) in system.views.iter().zip(factors).zip(poses).enumerate() {
+            for k in 0..6 {
+                let mut sum = [0.0; 4];
+                for (w, by) in system.w(i).iter().zip(by.as_chunks::<4>().0) {
+                    for c in 0..4 {
+                        sum[c] -= w[k][c] * by[c];
+                    }
+                }
+                d[k] = (sum[0] + sum[2]) + (sum[1] + sum[3]);
+            }
+            cholesky::forward(l, d, 6);
+            cholesky::backward(l, d, 6);
+            let g = &system.w(i)[p / 4];
+            for k in 0..6 {
+                step.count(d[k], g[k][p % 4], view.v[k][k], damping, view.corners as f64);
+            }
+        }
+    }
+}
+
 impl Step {
+    #[inline(always)]
     fn count(&mut self, delta: f64, gradient: f64, diagonal: f64, damping: f64, corners: f64) {
         // With (H + λD) δ = g: cost(0) − model(δ) = 2 δᵀg − δᵀHδ = δᵀg + λ δᵀDδ.
         self.predicted += delta * gradient + damping * diagonal * delta * delta;

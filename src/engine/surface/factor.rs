@@ -5,10 +5,30 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::camera::LANES;
+use crate::{camera::LANES, wide};
 
 /// Solves `matrix x = right` by the Cholesky factor of its lower triangle; `None` where it is not positive definite.
 pub(crate) fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    wide::run(Solve { matrix, right })
+}
+
+/// [`solve`].
+struct Solve<'a> {
+    matrix: &'a DMatrix<f64>,
+    right: &'a DVector<f64>,
+}
+
+impl wide::Kernel for Solve<'_> {
+    type Output = Option<DVector<f64>>;
+
+    #[inline(always)]
+    fn run(self) -> Option<DVector<f64>> {
+        solved(self.matrix, self.right)
+    }
+}
+
+#[inline(always)]
+fn solved(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let n = matrix.nrows();
     // Columns of the transpose are rows.
     let mut rows = matrix.transpose();

@@ -4,12 +4,17 @@ use std::sync::Arc;
 
 use nalgebra::Vector2;
 
-use super::{Projection, View, reach};
+use super::{
+    Projection, View,
+    curves::{Course, STEP, TO_INTEGER},
+    reach,
+};
 use crate::{
     Error, Result,
     camera::{Camera, LANES, Lanes, Model},
     image::Plane,
     lens::Lens,
+    wide,
 };
 
 /// Fraction bits of a fixed-point position: 1/16384 px, and pictures up to 131 071 px wide.
@@ -19,21 +24,20 @@ pub(super) const ONE: i32 = 1 << FRACTION_BITS;
 /// Stands in the place of a position that is not valid.
 pub(super) const INVALID: i32 = i32::MIN;
 
-/// Adding it leaves an integer in the low bits of the sum: rounding that every lane can do.
-const TO_INTEGER: f64 = 6_755_399_441_055_744.0; // 1.5 · 2⁵²
-
 /// How far beyond the centres of the outermost pixels a position may lie by rounding, px.
 const SLACK_PX: f64 = 1e-6;
 
 /// From the pixels of an undistorted picture to positions in the photograph.
 ///
-/// It holds lenses, not positions: a row of positions costs less to compute than to fetch from memory.
+/// It holds lenses, not positions, unless it is told to keep what it computes ([`Map::keep`]).
 #[derive(Clone, Debug)]
 pub struct Map {
     source: Arc<dyn Lens>,
     view: View,
     size: [usize; 2],
     limit: Limit,
+    /// The courses of all rows, where they are kept.
+    kept: Option<Arc<[Course]>>,
 }
 
 /// The cone of rays about the axis that may be shown.
@@ -61,9 +65,6 @@ impl Limit {
     }
 }
 
-/// Pixels between two nodes of a row.
-const STEP: usize = 2 * LANES;
-
 /// Positions of one row in fixed point.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Row {
@@ -75,6 +76,7 @@ pub(super) struct Row {
     nodes: [Vec<f64>; 2],
     /// Whether the rays of the nodes are within the limit.
     within: Vec<bool>,
+    course: Course,
 }
 
 impl Map {
@@ -131,7 +133,21 @@ impl Map {
             view: view.clone(),
             size: view.size_px.map(|n| n as usize),
             limit: Limit::new(limit_rad),
+            kept: None,
         })
+    }
+
+    /// Computes all positions and keeps them, as curves of 2.6 bytes a pixel, for the photographs to come: for three or more it is worth
+    /// the time. The results are the same to the bit.
+    pub fn keep(&mut self) {
+        if self.kept.is_none() {
+            let mut row = Row::default();
+            let courses = (0..self.size[1]).map(|v| {
+                wide::run(Place { map: self, v, row: &mut row });
+                row.course.clone()
+            });
+            self.kept = Some(courses.collect());
+        }
     }
 
     /// `[width, height]` of the undistorted picture, px.
@@ -167,7 +183,7 @@ impl Map {
         let mut row = Row::default();
         let mut mask = Plane::new(w, h);
         for v in 0..h {
-            self.row(v, &mut row);
+            wide::run(WholeRow { map: self, v, row: &mut row });
             for (out, x) in mask.row_mut(v).iter_mut().zip(&row.x) {
                 *out = if *x == INVALID { 0 } else { 255 };
             }
@@ -190,7 +206,7 @@ impl Map {
     /// Positions of row `v`.
     ///
     /// Every [`STEP`]-th pixel goes through the model; between them a cubic through four neighbours stands in for it where its
-    /// fourth differences show that it is as good ([`cubic`]). Elsewhere, and near the border of the photograph, every
+    /// fourth differences show that it is as good ([`Course`]). Elsewhere, and near the border of the photograph, every
     /// pixel goes through the model.
     #[inline(always)]
     pub(super) fn row(&self, v: usize, row: &mut Row) {
@@ -198,26 +214,31 @@ impl Map {
         let steps = width.div_ceil(STEP);
         row.x.resize(steps * STEP, INVALID);
         row.y.resize(steps * STEP, INVALID);
-        let [_, fy, _, cy] = self.view.intrinsics;
-        let y = (v as f64 - cy) / fy;
-        self.place_nodes(y, steps + 4, &mut row.nodes, &mut row.within);
-        let last = self.last();
         let (xs, ys) = (row.x.as_chunks_mut().0, row.y.as_chunks_mut().0);
-        let nodes = row.nodes[0].windows(5).zip(row.nodes[1].windows(5));
-        // Node 1 is the first pixel.
-        let within = row.within.windows(2).skip(1);
-        for (k, (((xs, ys), (a, b)), within)) in xs.iter_mut().zip(ys).zip(nodes).zip(within).enumerate() {
-            let first = (k * STEP) as f64;
-            let smooth = within.iter().all(|w| *w);
-            if !(smooth && cubic(a, last[0], xs) && cubic(b, last[1], ys)) {
-                let halves = xs.as_chunks_mut().0.iter_mut().zip(ys.as_chunks_mut().0);
-                for (h, (xs, ys)) in halves.enumerate() {
-                    self.exact(first + (h * LANES) as f64, y, xs, ys);
-                }
+        match &self.kept {
+            Some(courses) => courses[v].fill(xs, ys),
+            None => {
+                self.place(v, &mut row.nodes, &mut row.within, &mut row.course);
+                row.course.fill(xs, ys);
             }
         }
         row.x.truncate(width);
         row.y.truncate(width);
+    }
+
+    /// The course of row `v`.
+    #[inline(always)]
+    fn place(&self, v: usize, nodes: &mut [Vec<f64>; 2], within: &mut Vec<bool>, course: &mut Course) {
+        let [_, fy, _, cy] = self.view.intrinsics;
+        let y = (v as f64 - cy) / fy;
+        let steps = self.size[0].div_ceil(STEP);
+        self.place_nodes(y, steps.next_multiple_of(LANES) + 4, nodes, within);
+        course.fit(nodes, within, self.last(), steps, |k, xs, ys| {
+            let halves = xs.as_chunks_mut().0.iter_mut().zip(ys.as_chunks_mut().0);
+            for (h, (xs, ys)) in halves.enumerate() {
+                self.exact((k * STEP + h * LANES) as f64, y, xs, ys);
+            }
+        });
     }
 
     /// Rays of pixels of a row with this y in the plane.
@@ -265,44 +286,35 @@ impl Map {
     }
 }
 
-/// Fills the pixels between nodes 1 and 2 of five, in fixed point, by the cubic through nodes 0 to 3; `false` where that could
-/// be off by more than 2.4e-5 px (less than the fixed point), or a position be outside of `0..=last`.
-///
-/// The error of the cubic is at most 3/128 of the fourth difference (Newton's interpolation).
-#[inline(always)]
-fn cubic(nodes: &[f64], last: f64, out: &mut [i32; STEP]) -> bool {
-    const MOST: f64 = 1e-3;
-    // Lagrange's weights of nodes 0, 2, 3; with differences to node 1 its own is not needed.
-    const WEIGHTS: [[f32; STEP]; 3] = {
-        let mut w = [[0.0; STEP]; 3];
-        let mut i = 0;
-        while i < STEP {
-            let t = i as f32 / STEP as f32;
-            w[0][i] = -t * (t - 1.0) * (t - 2.0) / 6.0;
-            w[1][i] = -(t + 1.0) * t * (t - 2.0) / 2.0;
-            w[2][i] = (t + 1.0) * t * (t - 1.0) / 6.0;
-            i += 1;
-        }
-        w
-    };
-    // As [`TO_INTEGER`]: way enough, for `c` is within 128 px of `b`.
-    const TO_INTEGER_F32: f32 = 12_582_912.0; // 1.5 · 2²³
-    let &[a, b, c, d, e] = nodes else { return false };
-    let (bend, next) = (a - 2.0 * b + c, b - 2.0 * c + d);
-    let fourth = bend - 2.0 * next + (c - 2.0 * d + e);
-    // Between b and c it leaves their chord by at most an eighth of the larger second difference.
-    let within = |p: f64| p >= 1.0 && p <= last - 1.0;
-    let tame = bend.abs().max(next.abs()) <= 8.0 && (c - b).abs() <= 128.0;
-    if !(fourth.abs() <= MOST && within(b) && within(c) && tame) {
-        return false;
+/// [`Map::place`].
+struct Place<'a> {
+    map: &'a Map,
+    v: usize,
+    row: &'a mut Row,
+}
+
+impl wide::Kernel for Place<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Row { nodes, within, course, .. } = self.row;
+        self.map.place(self.v, nodes, within, course);
     }
-    let whole = b * f64::from(ONE) + TO_INTEGER;
-    let rest = (b * f64::from(ONE) - (whole - TO_INTEGER)) as f32;
-    let base = (whole.to_bits() as i32).wrapping_sub(TO_INTEGER_F32.to_bits() as i32);
-    let [a, c, d] = [a, c, d].map(|p| ((p - b) * f64::from(ONE)) as f32);
-    for i in 0..STEP {
-        let sum = WEIGHTS[0][i] * a + WEIGHTS[1][i] * c + WEIGHTS[2][i] * d;
-        out[i] = base.wrapping_add((sum + rest + TO_INTEGER_F32).to_bits() as i32);
+}
+
+/// [`Map::row`].
+struct WholeRow<'a> {
+    map: &'a Map,
+    v: usize,
+    row: &'a mut Row,
+}
+
+impl wide::Kernel for WholeRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.map.row(self.v, self.row);
     }
-    true
 }

@@ -9,15 +9,17 @@ use super::{
 use crate::{
     Error, Result,
     image::{Photo, Sample, Samples},
+    wide,
 };
 
-mod bilinear;
+pub(crate) mod bilinear;
 mod lanczos;
-mod wide;
+#[cfg(test)]
+mod tests;
 
 /// A photograph as the kernels see it.
 #[derive(Clone, Copy)]
-struct Source<'a, T> {
+pub(crate) struct Source<'a, T> {
     samples: &'a [T],
     width: usize,
     height: usize,
@@ -121,7 +123,7 @@ impl Map {
         let mut row = Row::default();
         let kernel = (interpolation == Interpolation::Lanczos).then(lanczos::Kernel::new);
         for (v, out) in rows.zip(out.chunks_exact_mut(w * C)) {
-            wide::make::<T, C>(Line {
+            wide::run(Line::<T, C> {
                 map: self,
                 v,
                 source: &source,
@@ -135,7 +137,7 @@ impl Map {
 }
 
 /// One row of the output, and what it is made from.
-struct Line<'a, T> {
+struct Line<'a, T, const C: usize> {
     map: &'a Map,
     /// Number of the row.
     v: usize,
@@ -146,9 +148,11 @@ struct Line<'a, T> {
     out: &'a mut [T],
 }
 
-impl<T: bilinear::Blend> Line<'_, T> {
+impl<T: bilinear::Blend, const C: usize> wide::Kernel for Line<'_, T, C> {
+    type Output = ();
+
     #[inline(always)]
-    fn make<const C: usize>(self) {
+    fn run(self) {
         self.map.row(self.v, self.row);
         match self.kernel {
             None => bilinear::row::<T, C>(self.source, self.row, self.out),

@@ -369,6 +369,28 @@ fn remapping_is_within_rounding_of_exact_interpolation() {
 }
 
 #[test]
+fn kept_positions_are_the_same() {
+    for camera in lenses() {
+        let photo = photo(camera.size_px, 3, false);
+        for alpha in [0.0, 1.0] {
+            let mut straight = Straightener::new(&camera, &Framing::flat(alpha), false).unwrap();
+            for how in [Interpolation::Bilinear, Interpolation::Lanczos] {
+                let fresh = straight.run(&photo, how).unwrap();
+                let mask = straight.map.mask();
+                let mut keeping = straight.clone();
+                keeping.keep();
+                assert!(
+                    keeping.run(&photo, how).unwrap() == fresh && keeping.map.mask() == mask,
+                    "{alpha} {how:?}"
+                );
+            }
+            straight.keep();
+            assert!(straight.map.mask().data().contains(&255));
+        }
+    }
+}
+
+#[test]
 fn bands_of_rows_are_the_whole() {
     let camera = seed();
     let map = Map::new(&camera, &new_camera(&camera, 1.0).unwrap()).unwrap();

@@ -1,6 +1,10 @@
 //! Bilinear interpolation in integers.
 
+#[cfg(all(target_arch = "x86_64", not(feature = "narrow")))]
+pub(crate) mod avx2;
+
 use super::{FRACTION_BITS, INVALID, ONE, Row, Sample, Source, split};
+use crate::wide;
 
 /// Samples that can be blended.
 pub(super) trait Blend: Sample {
@@ -80,8 +84,9 @@ fn high(a: i16, b: i16) -> i16 {
     ((i32::from(a) * i32::from(b)) >> 16) as i16
 }
 
-/// Pixels that are fetched, then blended together.
-const BLOCK: usize = 32;
+/// Pixels that are fetched, then blended together: so many that what was written piece by piece is in the cache when it is read in
+/// wide registers.
+pub(crate) const BLOCK: usize = 64;
 
 /// A row block by block, `C` samples a pixel.
 #[inline(always)]
@@ -96,7 +101,7 @@ fn blocks<const C: usize>(source: &Source<'_, u8>, row: &Row, out: &mut [u8]) {
         let mut blended = [0; BLOCK * 4 + 4];
         if C == 1 {
             taps.single(source, &mut blended);
-        } else {
+        } else if !wide::group::<C>(&taps, source, &mut blended) {
             taps.group::<C>(source, &mut blended);
         }
         out.copy_from_slice(&blended[..out.len()]);
@@ -111,7 +116,7 @@ fn filled(few: &[i32]) -> [i32; BLOCK] {
 }
 
 /// Where the pixels of a block come from.
-struct Taps {
+pub(crate) struct Taps {
     /// Of the upper left one, in samples.
     start: [u32; BLOCK],
     /// 255 where the pixel is valid.
@@ -145,11 +150,16 @@ impl Taps {
     #[inline(always)]
     fn single(&self, source: &Source<'_, u8>, out: &mut [u8; BLOCK * 4 + 4]) {
         let (mut top, mut bottom) = ([0u16; BLOCK], [0u16; BLOCK]);
-        for i in 0..BLOCK {
-            let start = self.start[i] as usize;
-            let taps = &source.samples[start..start + source.width + 2];
-            top[i] = u16::from_le_bytes([taps[0], taps[1]]);
-            bottom[i] = u16::from_le_bytes([taps[source.width], taps[source.width + 1]]);
+        let below = &source.samples[source.width..];
+        let fours = self.start.as_chunks::<4>().0.iter();
+        for ((starts, top), bottom) in
+            fours.zip(top.as_chunks_mut::<4>().0).zip(bottom.as_chunks_mut::<4>().0)
+        {
+            for k in 0..4 {
+                let start = starts[k] as usize;
+                bottom[k] = neighbours(below, start);
+                top[k] = neighbours(source.samples, start);
+            }
         }
         for i in 0..BLOCK {
             let [a, c] = [top[i], bottom[i]].map(|pair| (pair & 255) as i16);
@@ -159,6 +169,17 @@ impl Taps {
         }
     }
 
+    /// Eight samples from the upper left tap of a pixel on, and eight below them.
+    #[inline(always)]
+    fn lines(&self, source: &Source<'_, u8>, i: usize, stride: usize) -> [u64; 2] {
+        let start = self.start[i] as usize;
+        let lines = match source.samples.get(start..start + stride + 8) {
+            Some(taps) => [eight(taps), eight(&taps[stride..])],
+            None => [eight(&source.samples[start..]), eight(&source.samples[start + stride..])],
+        };
+        lines.map(u64::from_le_bytes)
+    }
+
     /// Several channels, each pixel in four lanes.
     #[inline(always)]
     fn group<const C: usize>(&self, source: &Source<'_, u8>, out: &mut [u8; BLOCK * 4 + 4]) {
@@ -166,12 +187,7 @@ impl Taps {
         let mut taps = [[[0u8; 4]; BLOCK]; 4];
         let (mut x, mut y) = ([[0i16; 4]; BLOCK], [[0i16; 4]; BLOCK]);
         for i in 0..BLOCK {
-            let start = self.start[i] as usize;
-            let lines = match source.samples.get(start..start + stride + 8) {
-                Some(taps) => [eight(taps), eight(&taps[stride..])],
-                None => [eight(&source.samples[start..]), eight(&source.samples[start + stride..])],
-            };
-            let [top, bottom] = lines.map(u64::from_le_bytes);
+            let [top, bottom] = self.lines(source, i, stride);
             let four = |taps: u64| (taps as u32).to_le_bytes();
             taps[0][i] = four(top);
             taps[1][i] = four(top >> (8 * C));
@@ -192,6 +208,12 @@ impl Taps {
             out[i * C..i * C + 4].copy_from_slice(&(u32::from_le_bytes(*blended) & valid).to_le_bytes());
         }
     }
+}
+
+/// A sample and the next.
+#[inline(always)]
+fn neighbours(samples: &[u8], start: usize) -> u16 {
+    samples[start..start + 2].first_chunk().map_or(0, |pair| u16::from_le_bytes(*pair))
 }
 
 /// The first eight samples; zeros beyond the end of the source, where nothing is blended.
