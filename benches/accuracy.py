@@ -1,154 +1,95 @@
 #!/usr/bin/env python3
-"""Corner error and detection rate over degradations, beside OpenCV on the same pictures; writes docs/accuracy.md.
+"""Corner error, detection and σ over degradations, beside OpenCV on the same pictures; writes docs/accuracy.md.
 
     python3 -m venv venv && venv/bin/pip install opencv-python-headless
-    cargo build --release && venv/bin/python benches/accuracy.py
+    cargo build --release && venv/bin/python benches/accuracy.py [levels] [photographs] [hard] [nothing]
 
-Pictures and truth are `straightedge synth`'s, corners are `straightedge detect`'s and cv2's. Errors are 2-D distances to the
-true places of all corners that were found, RMS and 95th percentile, px. A corner is wrong if its index is (modulo the
-board's symmetry) or if it is more than 1 px off.
+Without a word: all parts; a named part replaces its section of the page. Pictures and truth are `straightedge synth`'s, corners are
+`straightedge detect`'s and cv2's. Errors are 2-D distances to the true places of all corners that were found, RMS and 95th
+percentile, px. A corner is wrong if it is more than 1 px off its index's place. `SEED=2` takes other poses and noise and leaves the
+page alone. Photographs come from the folder named by STRAIGHTEDGE_DATA (default ../shared/data).
 """
-import json, math, os, pathlib, random, subprocess, sys, tempfile
+import math, os, pathlib, sys, tempfile
 import cv2, numpy as np
+from corners import bound, hard, nothing, peers, photos
+from corners.scene import COLS, ROOT, ROWS, SEED, VIEWS, detect, render, scene
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-PROGRAM = os.environ.get("STRAIGHTEDGE", ROOT / "target/release/straightedge")
-COLS, ROWS, VIEWS = 9, 6, 16
-LEVELS = [  # name, --degrade, kind of scene
-    ("clean", "", "usual"), ("noise 2", "noise=2", "usual"), ("noise 5", "noise=5", "usual"), ("noise 10", "noise=10", "usual"),
+DATA = pathlib.Path(os.environ.get("STRAIGHTEDGE_DATA", ROOT.parent / "shared/data"))
+LEVELS = [  # name, --degrade, kind of scene, and for the bound: blur, noise, half the contrast
+    ("clean", "", "usual"), ("noise 2", "noise=2", "usual", 0, 2), ("noise 5", "noise=5", "usual", 0, 5), ("noise 10", "noise=10", "usual", 0, 10),
     ("blur 1", "blur=1", "usual"), ("blur 2", "blur=2", "usual"), ("motion 5", "motion=5", "usual"),
     ("uneven light", "light=0.6,vignette=0.4", "usual"), ("contrast 30 %", "contrast=0.3", "usual"),
-    ("JPEG 40", "jpeg=40", "usual"), ("blur 1 + noise 5", "blur=1,noise=5", "usual"),
-    ("blur 2 + noise 5", "blur=2,noise=5", "usual"), ("tilt 40–60°", "", "tilted"), ("tilt 40–60°, noise 5", "noise=5", "tilted"),
+    ("contrast 30 % + noise 5", "contrast=0.3,noise=5", "usual", 0, 5, 38.25), ("shot noise 8", "shot=8", "usual"),
+    ("JPEG 40", "jpeg=40", "usual"), ("blur 1 + noise 5", "blur=1,noise=5", "usual", 1, 5),
+    ("blur 2 + noise 5", "blur=2,noise=5", "usual", 2, 5), ("blur 1 + noise 10", "blur=1,noise=10", "usual", 1, 10),
+    ("tilt 40–60°", "", "tilted"), ("tilt 40–60°, noise 5", "noise=5", "tilted", 0, 5),
     ("squares of 10 px", "", "small"), ("squares of 100 px", "", "large"), ("k1 = −0.4", "", "barrel"),
 ]
-WINDOWS = [3, 5, 7, 9, 11]  # half-windows of cornerSubPix
+OWN = "straightedge"
 
 
-def scene(kind, seed):
-    """A scene file: 800 x 600 px, a board with a white margin, poses by the kind."""
-    draw = random.Random(f"{kind} {seed}")
-    k1 = -0.4 if kind == "barrel" else -0.28
-    size, f = ([1600, 1200], 2000.0) if kind == "large" else ([800, 600], 1000.0)
-    middle = [(s - 1) / 2 for s in size]
-    square = 30.0
-    # px per square in front of the camera
-    scale = {"small": 10.5, "large": 110.0, "tilted": 48.0}.get(kind, 48.0)
-    poses = []
-    for _ in range(VIEWS):
-        if kind == "tilted":
-            tilt, azimuth = math.radians(draw.uniform(40, 60)), draw.uniform(0, 2 * math.pi)
-            angles = [math.degrees(tilt) * math.cos(azimuth), math.degrees(tilt) * math.sin(azimuth), draw.uniform(-30, 30)]
-        else:
-            angles = [draw.uniform(-25, 25), draw.uniform(-25, 25), draw.uniform(-30, 30)]
-        z = f * square / scale * draw.uniform(0.95, 1.1)
-        a, b, c = (math.radians(v) for v in angles)
-        rx = np.array([[1, 0, 0], [0, math.cos(a), -math.sin(a)], [0, math.sin(a), math.cos(a)]])
-        ry = np.array([[math.cos(b), 0, math.sin(b)], [0, 1, 0], [-math.sin(b), 0, math.cos(b)]])
-        rz = np.array([[math.cos(c), -math.sin(c), 0], [math.sin(c), math.cos(c), 0], [0, 0, 1]])
-        shift = 0.08 if kind == "large" else 0.14 if kind != "small" else 0.3
-        place = np.array([draw.uniform(-shift, shift) * size[0] / f * z, draw.uniform(-shift, shift) * size[1] / f * z, z])
-        centre = np.array([(COLS - 1) / 2 * square, (ROWS - 1) / 2 * square, 0])
-        translation = place - rz @ ry @ rx @ centre
-        poses.append({"angles_deg": angles, "translation": translation.tolist()})
-    return {
-        "camera": {"model": "brown5", "size_px": size, "params": [f, f, *middle, k1, 0.1, 0.001, 0.002, 0.0]},
-        "board": {"size": f"{COLS}x{ROWS}", "square": square, "unit": "mm", "margin": 0.6},
-        "poses": poses,
-    }
 
-
-def run(*arguments):
-    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
-    if done.returncode not in (0, 1):
-        sys.exit(f"{' '.join(map(str, arguments))}: {done.stderr}")
-    return done.stdout
-
-
-def errors(truth, found):
-    """Distances to the truth with the order (of the board's two) that fits better; `found` maps index to place."""
-    n = COLS * ROWS
-    both = []
-    for order in (lambda i: i, lambda i: n - 1 - i):
-        pairs = [(truth[order(i)], p) for i, p in found.items() if order(i) in truth]
-        both.append([math.dist(a, b) for a, b in pairs])
-    return min(both, key=lambda d: sum(d) if d else math.inf)
-
-
-def peers(gray):
-    """name -> index -> place, for each variant of OpenCV that finds the board."""
-    result = {}
-    criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 30, 0.001)
-    flags = cv2.CALIB_CB_ADAPTIVE_THRESH + cv2.CALIB_CB_NORMALIZE_IMAGE
-    ok, corners = cv2.findChessboardCorners(gray, (COLS, ROWS), flags=flags)
-    for half in WINDOWS:
-        if ok:
-            refined = cv2.cornerSubPix(gray, corners.copy(), (half, half), (-1, -1), criteria)
-            result[f"subpix {half}"] = dict(enumerate(map(tuple, refined.reshape(-1, 2).tolist())))
-    for name, flags in (("SB", 0), ("SB ACCURACY", cv2.CALIB_CB_ACCURACY)):
-        ok, corners = cv2.findChessboardCornersSB(gray, (COLS, ROWS), flags=flags)
-        if ok:
-            result[name] = dict(enumerate(map(tuple, corners.reshape(-1, 2).tolist())))
-    return result
-
-
-def measure(name, degrade, kind, folder):
-    (folder / "scene.json").write_text(json.dumps(scene(kind, 1)))
+def measure(level, folder):
+    name, degrade, kind, *for_bound = level
     out = folder / "pictures"
-    run("synth", "--scene", folder / "scene.json", "--seed", 1, "--out", out, *(["--degrade", degrade] if degrade else []))
-    truth = {f["file"]: {int(i): (x, y) for i, x, y in f["corners"]} for f in json.load(open(out / "truth.json"))["frames"]}
-    ours = json.loads(run("detect", *[out / f for f in truth], "--board", f"{COLS}x{ROWS}", "--json"))
+    truth = render(scene(kind), degrade, out)
     table = {}
+
     def add(variant, distances, full):
         row = table.setdefault(variant, {"distances": [], "full": 0, "sigmas": []})
         row["distances"] += distances
         row["full"] += full
-    for frame in ours["frames"]:
-        true = truth[pathlib.Path(frame["file"]).name]
-        found = {int(c[0]): (c[1], c[2]) for c in frame.get("corners") or []}
-        if found:
-            add("straightedge", errors(true, found), len(found) == COLS * ROWS)
-            for c in frame["corners"]:
-                d = min((true[i] for i in (int(c[0]), COLS * ROWS - 1 - int(c[0])) if i in true), key=lambda t: math.dist(t, c[1:3]))
-                table["straightedge"]["sigmas"] += [(c[1] - d[0]) / c[3], (c[2] - d[1]) / c[3]]
+
+    for file, corners in detect([out / f for f in truth]).items():
+        true = truth[file]
+        if corners:
+            add(OWN, [math.dist(true[i], (x, y)) for i, x, y, _ in corners], len(corners) == COLS * ROWS)
+            table[OWN]["sigmas"] += [(p - t) / sigma for i, x, y, sigma in corners for p, t in zip((x, y), true[i])]
     for file, true in truth.items():
         gray = cv2.imread(str(out / file), cv2.IMREAD_GRAYSCALE)
-        for variant, found in peers(gray).items():
-            add(variant, errors(true, found), 1)
+        for variant, found in ({} if os.environ.get("OWN") else peers.corners(gray, (COLS, ROWS))).items():
+            n = COLS * ROWS  # the order of its corners may be the other one
+            both = [[math.dist(true[o], p) for i, p in found.items() if (o := order(i)) in true] for order in (lambda i: i, lambda i: n - 1 - i)]
+            add(variant, min(both, key=sum), 1)
     rows = {}
     for variant, row in table.items():
         d = np.array(row["distances"])
         rows[variant] = {
-            "full": row["full"], "corners": len(d), "rms": float(np.sqrt(np.mean(d**2))), "p95": float(np.percentile(d, 95)),
-            "wrong": int((d > 1).sum()), "in_sigma": float(np.std(row["sigmas"])) if row["sigmas"] else None,
+            "full": row["full"], "rms": float(np.sqrt(np.mean(d**2))), "p95": float(np.percentile(d, 95)), "wrong": int((d > 1).sum()),
+            "in_sigma": float(np.std(row["sigmas"])) if row["sigmas"] else None,
         }
-    print(f"{name}: " + ", ".join(f"{v} {r['rms']:.4f}" for v, r in rows.items()), flush=True)
+    if for_bound and OWN in rows:
+        rows[OWN]["bound"] = bound.rms(truth, *for_bound)
+    print(f"{name}: " + ", ".join(f"{v} {r['rms']:.4f}" for v, r in rows.items()), f"error/σ {rows[OWN]['in_sigma']:.3f}",
+          f"bound × {rows[OWN]['rms'] / rows[OWN]['bound']:.3f}" if "bound" in rows[OWN] else "", flush=True)
     return rows
 
 
-def page(results):
+def levels(workplace):
+    results = {level[0]: measure(level, workplace(level[0])) for level in LEVELS}
     out = [
-        "# Accuracy", "",
-        "Corner error and detection rate beside OpenCV on the same pictures. Made by `python benches/accuracy.py`",
-        f"(OpenCV {cv2.__version__}); pictures and exact truth by `straightedge synth`, {VIEWS} poses × {COLS * ROWS} corners a level.", "",
+        "## Corner error", "",
+        f"{VIEWS} poses × {COLS * ROWS} corners a level.",
         "Error: 2-D distance to the truth over all corners that were found, px. *Best OpenCV* is the variant with the smallest RMS at",
-        f"that level among `findChessboardCorners` + `cornerSubPix` with half-windows {', '.join(map(str, WINDOWS))}, `findChessboardCornersSB`, and",
+        f"that level among `findChessboardCorners` + `cornerSubPix` with half-windows {', '.join(map(str, peers.WINDOWS))}, `findChessboardCornersSB`, and",
         "the same with `CALIB_CB_ACCURACY`. *Found* counts whole boards. *Wrong*: corners more than 1 px off. *Error/σ*: standard",
-        "deviation of the error over the predicted σ of its corner; 1 is honest.", "",
-        "| level | RMS | p95 | found | wrong | error/σ | best OpenCV RMS | its p95 | its variant | found by it | ratio |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
+        "deviation of the error over the predicted σ of its corner; 1 is honest. *Bound*: the Cramér–Rao bound, computed for each corner from its own",
+        "pixels, directions and contrast with all unknowns of the fit (`benches/corners/bound.py`), RMS px; given where white noise makes the error.", "",
+        "| level | RMS | p95 | found | wrong | error/σ | bound | RMS/bound | best OpenCV RMS | its p95 | its variant | found by it | ratio |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for name, rows in results.items():
-        own = rows.get("straightedge")
-        others = {v: r for v, r in rows.items() if v != "straightedge"}
+        own = rows.get(OWN)
+        others = {v: r for v, r in rows.items() if v != OWN}
         best = min(others, key=lambda v: others[v]["rms"]) if others else None
         o = others.get(best)
         left = f"{own['rms']:.4f} | {own['p95']:.4f} | {own['full']} of {VIEWS} | {own['wrong']} | {own['in_sigma']:.2f}" if own else "– | – | 0 | – | –"
+        least = f"{own['bound']:.4f} | {own['rms'] / own['bound']:.2f}" if own and "bound" in own else " | "
         right = f"{o['rms']:.4f} | {o['p95']:.4f} | {best} | {o['full']} of {VIEWS}" if o else "– | – | none | 0"
         ratio = f"{own['rms'] / o['rms']:.2f}" if own and o else "–"
-        out.append(f"| {name} | {left} | {right} | {ratio} |")
+        out.append(f"| {name} | {left} | {least} | {right} | {ratio} |")
     out += ["", "All variants, RMS px (whole boards found):", ""]
-    variants = ["straightedge"] + [f"subpix {w}" for w in WINDOWS] + ["SB", "SB ACCURACY"]
+    variants = [OWN, *peers.VARIANTS]
     out += ["| level | " + " | ".join(variants) + " |", "|---" * (len(variants) + 1) + "|"]
     for name, rows in results.items():
         cell = lambda v: f"{rows[v]['rms']:.4f} ({rows[v]['full']})" if v in rows else "– (0)"
@@ -157,11 +98,31 @@ def page(results):
 
 
 def main():
-    results = {}
-    for name, degrade, kind in LEVELS:
-        with tempfile.TemporaryDirectory() as folder:
-            results[name] = measure(name, degrade, kind, pathlib.Path(folder))
-    (ROOT / "docs/accuracy.md").write_text(page(results))
+    parts = {
+        "levels": levels, "photographs": lambda _: photos.section(DATA), "hard": hard.section,
+        "nothing": lambda workplace: nothing.section(workplace, DATA),
+    }
+    chosen = sys.argv[1:] or list(parts)
+    page = ROOT / "docs/accuracy.md"
+    old = page.read_text() if page.exists() else ""
+    sections = {text.split("\n")[0]: text for text in ("## " + t for t in old.split("\n## ")[1:])}
+    made = []
+    with tempfile.TemporaryDirectory() as folder:
+        def workplace(name):
+            path = pathlib.Path(os.environ.get("KEEP", folder)) / name.replace(" ", "_").replace("/", "_")
+            path.mkdir(parents=True, exist_ok=True)
+            return path
+
+        for part in parts:
+            if part in chosen:
+                text = parts[part](workplace)
+                sections[text.split("\n")[0]] = text
+    if SEED != 1 or os.environ.get("OWN"):  # the page is left as it is
+        return
+    order = ["## Corner error", "## Photographs", "## Hard pictures", "## Pictures without a board"]
+    head = ("# Accuracy\n\nCorner error and detection beside OpenCV on the same pictures. Made by `python benches/accuracy.py`\n"
+            f"(OpenCV {cv2.__version__}); pictures and exact truth by `straightedge synth`.\n")
+    page.write_text("\n".join([head, *(sections[name].rstrip("\n") + "\n" for name in order if name in sections)]))
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@
 //! cheap and come after it, so a new board size never costs a new detection.
 
 mod assign;
+mod bridge;
 mod complete;
 mod ends;
 pub mod gradient;

@@ -36,12 +36,13 @@ const STANDING: f64 = 0.6;
 /// Corners of a grid with their fits.
 pub(super) type Fitted = Sheet<Fit>;
 
-/// Refines a grid in a picture of which `lattice` was found in `level`.
+/// Refines a grid in a picture of which `lattice` was found in `level`; with it, whether corners were dropped beyond its first
+/// column, last column, first row, last row.
 pub(super) fn complete<T: Sample>(
     picture: &Plane<T>,
     level: &Level<'_>,
     lattice: &Lattice,
-) -> Option<Fitted> {
+) -> Option<(Fitted, [bool; 4])> {
     let mut cells = lattice.cells.clone();
     let whole = cells.iter().filter(|(cell, _)| stands_out(level, lattice, *cell)).count();
     if (whole as f64) < STANDING * cells.len() as f64 {
@@ -72,8 +73,8 @@ pub(super) fn complete<T: Sample>(
         fitted = accepted(picture, &fit(picture, &places), &places);
     }
     drop_strays(&mut fitted);
-    drop_thin_lines(&mut fitted, [picture.width(), picture.height()]);
-    Some(fitted)
+    let dropped = drop_thin_lines(&mut fitted, [picture.width(), picture.height()]);
+    Some((fitted, dropped))
 }
 
 /// Whether in the level both white squares around a corner are brighter than both black ones: what costs little and tells
@@ -276,25 +277,33 @@ fn off_place(fitted: &Fitted, cell: Cell) -> Option<f64> {
     Some(g.off(f.px) / if inner { BESIDE } else { 2.0 * BESIDE })
 }
 
-/// Drops lines at the rim of which little is seen although they lie in the picture: they may be chance.
-fn drop_thin_lines(fitted: &mut Fitted, size: [usize; 2]) {
+/// Drops lines at the rim of which little is seen although they lie in the picture: they may be chance. Tells at which sides.
+fn drop_thin_lines(fitted: &mut Fitted, size: [usize; 2]) -> [bool; 4] {
+    let mut dropped = [false; 4];
     while let Some(bounds) = fitted.bounds() {
-        let ends = (0..2).flat_map(|k| bounds[k].map(|at| (k, at)));
-        let Some((k, at)) = ends.into_iter().find(|(k, at)| is_thin(fitted, size, *k, *at)) else { break };
+        let thin = |side: &usize| is_thin(fitted, size, *side, bounds[side / 2][side % 2]);
+        let Some(side) = (0..4).find(thin) else { break };
+        let (k, at) = (side / 2, bounds[side / 2][side % 2]);
         let line: Vec<Cell> = fitted.iter().map(|(cell, _)| cell).filter(|c| c[k] == at).collect();
         for cell in line {
             fitted.remove(cell);
         }
+        dropped[side] = true;
     }
+    dropped
 }
 
-fn is_thin(fitted: &Fitted, size: [usize; 2], k: usize, at: i32) -> bool {
+/// Whether little is seen of the outermost line `at` of a side. Only cells beside others of the grid are missed: where
+/// something lies over the board, several lines end together.
+fn is_thin(fitted: &Fitted, size: [usize; 2], side: usize, at: i32) -> bool {
+    let (k, inward) = (side / 2, STEPS[side ^ 1]);
     let seen = fitted.iter().filter(|(cell, _)| cell[k] == at).count();
     let missing =
-        fitted.rim().into_iter().filter(|cell| cell[k] == at).filter_map(|c| guess(fitted, c, |f| f.px));
+        fitted.rim().into_iter().filter(|cell| cell[k] == at && fitted.get(add(*cell, inward)).is_some());
     let inside =
         |g: &Guess| (0..2).all(|k| g.px[k] > 2.0 * NEAREST && g.px[k] < size[k] as f64 - 2.0 * NEAREST);
-    (seen as f64) < SEEN * (seen + missing.filter(inside).count()) as f64 || seen < 2
+    let missing = missing.filter_map(|c| guess(fitted, c, |f| f.px)).filter(inside).count();
+    (seen as f64) < SEEN * (seen + missing) as f64
 }
 
 #[cfg(test)]

@@ -6,21 +6,23 @@ use super::{
 };
 use crate::image::{Plane, Sample};
 
-/// Where, in squares beyond the last corners, the last squares are looked at, twice, and what lies behind them: something that
-/// lies over the board seldom has its edge just there in every row.
-const AT: [f64; 3] = [0.3, 0.7, 1.35];
+/// Where, in squares beyond the last corners, the last squares are looked at, and what lies behind them: something that lies over
+/// the board seldom has its edge just between the inner two in every row.
+const INSIDE: [f64; 3] = [0.3, 0.6, 0.82];
+const BEHIND: [f64; 2] = [1.18, 1.4];
 /// Share of the contrast with which squares alternate, at least where there are some, at most where there are none.
 const ALTERNATE: [f64; 2] = [0.6, 0.5];
 
-/// Whether the board ends beyond the first column, last column, first row, last row.
-pub(super) fn ends<T: Sample>(picture: &Plane<T>, fitted: &Fitted) -> [bool; 4] {
+/// Whether the board ends beyond the first column, last column, first row, last row; not where `goes_on` says that it does not.
+pub(super) fn ends<T: Sample>(picture: &Plane<T>, fitted: &Fitted, goes_on: [bool; 4]) -> [bool; 4] {
     let Some(bounds) = fitted.bounds() else { return [false; 4] };
     [0, 1, 2, 3].map(|side| {
         let (k, outward) = (side / 2, if side % 2 == 0 { -1 } else { 1 });
         let last = bounds[k][side % 2];
-        let [near, far, behind] = AT.map(|at| alternation(picture, fitted, (k, last, outward), at));
-        [near, far].iter().all(|s| s.is_some_and(|s| s >= ALTERNATE[0]))
-            && behind.is_some_and(|b| b.abs() <= ALTERNATE[1])
+        let alternate = |at: f64| alternation(picture, fitted, (k, last, outward), at);
+        !goes_on[side]
+            && INSIDE.iter().all(|at| alternate(*at).is_some_and(|s| s >= ALTERNATE[0]))
+            && BEHIND.iter().all(|at| alternate(*at).is_some_and(|s| s.abs() <= ALTERNATE[1]))
     })
 }
 

@@ -16,13 +16,13 @@ use super::{
 use crate::{image::Plane, order};
 
 /// Largest sine between an edge and the step to a neighbour: 30°.
-const ALONG: f64 = 0.5;
+pub(super) const ALONG: f64 = 0.5;
 /// Largest sine between the first cell's edges and its steps: 20°.
 const ALONG_FIRST: f64 = 0.35;
 /// Largest distance from a predicted place, in cells.
 const OFF: f64 = 0.3;
 /// Smallest and largest ratio of the contrasts of neighbours.
-const CONTRAST: std::ops::RangeInclusive<f32> = 0.35..=2.9;
+pub(super) const CONTRAST: std::ops::RangeInclusive<f32> = 0.35..=2.9;
 /// Smallest quality of a saddle, as found and where the grid predicts it.
 const QUALITY: [f32; 2] = [0.6, 0.45];
 /// Most saddles that are looked at: a picture of nothing but texture must not take minutes.
@@ -45,7 +45,7 @@ pub(super) struct Field<'a> {
     ring: &'static Ring,
     response: Plane<i16>,
     threshold: i16,
-    saddles: Vec<Saddle>,
+    pub(super) saddles: Vec<Saddle>,
     buckets: Vec<Vec<u32>>,
     columns: usize,
 }
@@ -94,9 +94,9 @@ impl<'a> Field<'a> {
         order::by(&mut order, |i| [-f64::from(strength(i))]);
         let mut taken = vec![false; n];
         let mut left = n;
-        let mut best: Option<Lattice> = None;
+        let mut best: Option<(Sheet<usize>, Vec<Saddle>)> = None;
         for seed in order {
-            let least = best.as_ref().map_or(fewest, |b| b.cells.len() + 1);
+            let least = best.as_ref().map_or(fewest, |(sheet, _)| sheet.len() + 1);
             if left < least {
                 break;
             }
@@ -106,7 +106,11 @@ impl<'a> Field<'a> {
             taken[seed] = true;
             left -= 1;
             let Some(first) = self.first_cell(seed, &taken) else { continue };
-            let grown = self.grow(first, &taken);
+            let mut grown = Sheet::new();
+            for (cell, i) in [[0, 0], [1, 0], [0, 1], [1, 1]].into_iter().zip(first) {
+                grown.set(cell, i);
+            }
+            self.grow(&mut grown, &taken);
             if grown.len() >= fewest.min(9) {
                 for (_, i) in grown.iter().filter(|(_, i)| *i != seed) {
                     // Saddles that the growing added are beyond the list.
@@ -117,15 +121,18 @@ impl<'a> Field<'a> {
                 }
             }
             if grown.len() >= least {
-                let mut cells = Sheet::new();
-                for (cell, i) in grown.iter() {
-                    cells.set(cell, self.saddles[i].px);
-                }
-                best = Some(Lattice { cells });
+                best = Some((grown, self.saddles[n..].to_vec()));
             }
             self.saddles.truncate(n);
         }
-        best
+        let (mut sheet, added) = best?;
+        self.saddles.extend(added);
+        while self.bridge(&mut sheet) {
+            self.grow(&mut sheet, &[]);
+        }
+        let mut cells = Sheet::new();
+        sheet.iter().for_each(|(cell, i)| cells.set(cell, self.saddles[i].px));
+        Some(Lattice { cells })
     }
 
     /// Saddles within a box of half size `reach`.
@@ -205,21 +212,17 @@ impl<'a> Field<'a> {
         None
     }
 
-    /// Grows from a first cell until nothing fits any more.
-    fn grow(&mut self, first: [usize; 4], taken: &[bool]) -> Sheet<usize> {
-        let mut sheet = Sheet::new();
+    /// Grows a grid until nothing fits any more; not with saddles that are taken.
+    fn grow(&mut self, sheet: &mut Sheet<usize>, taken: &[bool]) {
         let mut used = taken.to_vec();
-        let mut queue = VecDeque::new();
-        for (cell, i) in [[0, 0], [1, 0], [0, 1], [1, 1]].into_iter().zip(first) {
-            sheet.set(cell, i);
-            used[i] = true;
-        }
-        queue.extend(sheet.rim());
+        used.resize(self.saddles.len(), false);
+        sheet.iter().for_each(|(_, i)| used[i] = true);
+        let mut queue = VecDeque::from(sheet.rim());
         let mut looked_again = Sheet::new();
         loop {
             while let Some(cell) = queue.pop_front() {
                 if sheet.get(cell).is_none()
-                    && let Some(i) = self.fitting(&sheet, cell, &used)
+                    && let Some(i) = self.fitting(sheet, cell, &used)
                 {
                     used[i] = true;
                     sheet.set(cell, i);
@@ -233,7 +236,7 @@ impl<'a> Field<'a> {
                     continue;
                 }
                 looked_again.set(cell, around);
-                if let Some(saddle) = self.look_again(&sheet, cell) {
+                if let Some(saddle) = self.look_again(sheet, cell) {
                     let i = self.saddles.len();
                     self.saddles.push(saddle);
                     used.push(true);
@@ -242,7 +245,7 @@ impl<'a> Field<'a> {
                 }
             }
             if queue.is_empty() {
-                return sheet;
+                return;
             }
         }
     }

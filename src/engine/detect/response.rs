@@ -116,7 +116,7 @@ fn row(s: &[&[u8]; 16], middle: &[&[u8]; 4], out: &mut [i16]) {
                 sum[i] += p + q;
             }
         }
-        let [m0, m1, m2, m3] = [0, 1, 2, 3].map(|k| block(middle[k]));
+        let (m0, m1, m2, m3) = (block(middle[0]), block(middle[1]), block(middle[2]), block(middle[3]));
         for i in 0..BLOCK {
             result[i] -= (sum[i] - 4 * (m0[i] + m1[i] + m2[i] + m3[i])).abs();
         }

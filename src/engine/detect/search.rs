@@ -47,9 +47,9 @@ pub(super) fn search<T: Sample>(picture: &Plane<T>, gray: &Gray, refinement: Ref
         let mut field = Field::new(&level.picture, ring, noise(&level.picture));
         searched.saddles = searched.saddles.max(field.len());
         let lattice = field.largest(FEWEST / 2)?;
-        let fitted = complete(picture, level, &lattice)?;
+        let (fitted, goes_on) = complete(picture, level, &lattice)?;
         searched.corners = searched.corners.max(fitted.len());
-        is_board(&fitted).then(|| Found { spacing: spacing(&lattice), fitted })
+        is_board(&fitted).then(|| Found { spacing: spacing(&lattice), fitted, goes_on })
     };
     // From the start to finer levels, then to coarser ones, which see through blur and noise.
     let order = (finest..=start).rev().chain(start + 1..levels.len());
@@ -79,6 +79,8 @@ pub(super) fn search<T: Sample>(picture: &Plane<T>, gray: &Gray, refinement: Ref
 /// A grid that was found and refined.
 struct Found {
     fitted: Fitted,
+    /// Whether something was seen of the board beyond the first column, last column, first row, last row.
+    goes_on: [bool; 4],
     /// Median distance of neighbours in the level, px.
     spacing: f64,
 }
@@ -125,7 +127,7 @@ impl Found {
             size: [(c1 - c0 + 1) as u32, (r1 - r0 + 1) as u32],
             corners,
             black_first: is_black([c0, r0]),
-            ends: ends(picture, &self.fitted),
+            ends: ends(picture, &self.fitted, self.goes_on),
         };
         grid.upright()
     }

@@ -30,12 +30,12 @@
 //! 3. Up to three Gauss–Newton steps.
 //! 4. Once per board: curvature and gradients.
 //! 5. One scoring step with them, which from a consistent estimate reaches the efficiency of maximum likelihood
-//!    (Le Cam's one-step estimator), and the covariance `Σ = σ̂² G A⁻¹ Gᵀ`, G = ∂corner/∂unknowns, plus a floor of
-//!    (0.002 px)² for what residuals cannot show.
+//!    (Le Cam's one-step estimator), and the covariance ([`scatter`]), plus a floor of (0.0007 px)² per axis for what residuals
+//!    cannot show.
 //!
 //! A corner is accepted where the contrast exceeds the residuals and the covariance is small: the fit is a verifier too.
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 use crate::image::{Plane, Sample};
 
@@ -47,11 +47,17 @@ mod gather;
 mod lanes;
 mod normal;
 mod profile;
+mod scatter;
 #[cfg(test)]
 mod tests;
 
 use crossing::Crossing;
 use gather::Strip;
+use normal::ROUNDING;
+use scatter::Scatter;
+
+/// Systematic error that no residual shows (terms of third order, the pixel's own shape), px per axis.
+const FLOOR_PX: f64 = 0.0007;
 
 /// A corner to refine and its place in the grid, which may be any part of a board.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -170,9 +176,16 @@ pub fn refine_with<T: Sample>(
     if options.board_terms {
         board_terms::set(&mut corners, starts);
     }
-    let score = |(start, corner): (&Start, &mut Option<Crossing>)| {
-        let fit = corner.as_mut().and_then(|c| c.score(picture, options, &mut strips));
-        fit.unwrap_or_else(|| Fit::rejected(start))
+    let scored: Vec<Option<(Fit, Scatter)>> =
+        corners.iter_mut().map(|c| c.as_mut()?.score(picture, options, &mut strips)).collect();
+    let usual = scatter::usual(&scored);
+    let finish = |(start, scored): (&Start, &Option<(Fit, Scatter)>)| match scored {
+        Some((fit, scatter)) => {
+            let floor = Matrix2::identity() * (FLOOR_PX * FLOOR_PX);
+            let cov = scatter.beside(usual, ROUNDING) + floor;
+            Fit { cov_px2: [cov[(0, 0)], cov[(0, 1)], cov[(1, 1)]], ..*fit }
+        }
+        None => Fit::rejected(start),
     };
-    starts.iter().zip(&mut corners).map(score).collect()
+    starts.iter().zip(&scored).map(finish).collect()
 }

@@ -106,6 +106,95 @@ fn hidden_corners_are_missing_not_wrong() {
     assert!(missing > 6, "{missing}");
 }
 
+/// The index of the corner of a scene that a corner of a grid is, by its place.
+fn index_of(truth: &[Option<Vector2<f64>>], px: Vector2<f64>) -> Option<usize> {
+    truth.iter().position(|t| t.is_some_and(|t| (t - px).norm() < 3.0))
+}
+
+#[test]
+fn what_lies_over_a_board_is_not_taken_for_its_end() {
+    let (mut used, mut ends) = (0, 0);
+    for seed in 0..3 {
+        let scene = Scene { seed, ..scene("occlusion=0.3,noise=2") };
+        let renderer = Renderer::new(&scene).unwrap();
+        for view in 0..scene.poses.len() {
+            let truth = scene.corners_px(view);
+            let Some(grid) = find(renderer.render(view).unwrap()).grid else { continue };
+            for side in (0..4).filter(|side| grid.ends[*side]) {
+                let k = side / 2;
+                let last = if side % 2 == 0 { 0 } else { grid.size[k] - 1 };
+                let line = grid.corners.iter().filter(|c| c.cell[k] == last);
+                let indices: Vec<usize> = line.filter_map(|c| index_of(&truth, c.px)).collect();
+                let all = |of: fn(usize) -> usize, at: [usize; 2]| {
+                    at.iter().any(|at| indices.iter().all(|i| of(*i) == *at))
+                };
+                assert!(
+                    all(|i| i % 9, [0, 8]) || all(|i| i / 9, [0, 5]),
+                    "seed {seed} view {view} side {side}"
+                );
+                ends += 1;
+            }
+            if let Ok(part) = grid.assign(size("9x6")) {
+                assert!(errors(&scene, view, &part).iter().all(|e| *e < 1.0), "seed {seed} view {view}");
+                used += 1;
+            }
+        }
+    }
+    println!("{used} of 45 boards used, {ends} ends seen");
+    assert!(used >= 40 && ends >= 120, "{used} {ends}");
+}
+
+#[test]
+fn both_sides_of_a_board_that_is_cut_in_two_are_used() {
+    let scene = scene("noise=2");
+    let renderer = Renderer::new(&scene).unwrap();
+    for view in 0..scene.poses.len() {
+        let truth = scene.corners_px(view);
+        // A bar from top to bottom over the columns 4 and 5.
+        let ends =
+            [truth[4].unwrap().x, truth[4 + 45].unwrap().x, truth[5].unwrap().x, truth[5 + 45].unwrap().x];
+        let (left, right) =
+            (ends.iter().copied().fold(f64::MAX, f64::min), ends.iter().copied().fold(0.0, f64::max));
+        let mut picture = renderer.render(view).unwrap();
+        for y in 0..picture.height() {
+            picture.row_mut(y)[left as usize - 4..right as usize + 4].fill(70);
+        }
+        let grid = find(picture).grid.unwrap();
+        let part = grid.assign(size("9x6")).unwrap_or_else(|why| panic!("view {view}: {why}"));
+        assert!(errors(&scene, view, &part).iter().all(|e| *e < 1.0), "view {view}");
+        let column = |c: u32| part.corners.iter().filter(|k| k.index % 9 == c).count();
+        assert!(column(0) == 6 && column(8) == 6, "view {view}: {} corners", part.corners.len());
+    }
+}
+
+#[test]
+fn sigma_is_true_whatever_the_noise() {
+    for (degrade, low, high) in [
+        // Black and white cut half of it off beside the edges; in some views all edges run along the pixels.
+        ("noise=10", 0.9, 1.15),
+        ("blur=2,noise=5", 0.9, 1.1),
+        ("contrast=0.3,noise=5", 0.9, 1.1),
+        ("shot=8", 0.8, 1.2),
+        ("jpeg=40", 0.6, 1.6),
+    ] {
+        let scene = scene(degrade);
+        let renderer = Renderer::new(&scene).unwrap();
+        let (mut sum, mut n) = (0.0, 0.0);
+        for view in 0..scene.poses.len() {
+            let truth = scene.corners_px(view);
+            let found = find(renderer.render(view).unwrap()).grid.unwrap().assign(size("9x6")).unwrap();
+            for c in &found.corners {
+                sum += (truth[c.index as usize].unwrap() - c.px).norm_squared()
+                    / (2.0 * c.sigma_px * c.sigma_px);
+                n += 1.0;
+            }
+        }
+        let std = f64::sqrt(sum / n);
+        println!("{degrade}: std of error/σ {std:.3}");
+        assert!((low..high).contains(&std), "{degrade}: {std}");
+    }
+}
+
 #[test]
 fn what_is_no_board_is_refused_with_a_reason() {
     let wave =

@@ -11,6 +11,7 @@ use super::{
     gather::{Extent, MAX_BLOCKS, Strip},
     lanes::{LANES, limit},
     normal::{Blur, Levels, Sums, System},
+    scatter::Scatter,
 };
 
 /// Longest arm of the coarse stage, px.
@@ -31,9 +32,6 @@ const LARGEST_TRACE: f64 = 0.1;
 /// Widest profile of an accepted corner as a part of the distance to the next parallel edge: a false corner between
 /// squares passes for a very blurred one.
 const WIDEST: f32 = 0.25;
-/// Systematic error that no residual shows (rounding to grey levels, third-order terms), px.
-const FLOOR_PX: f64 = 0.002;
-
 /// State of one corner. Positions are relative to `origin`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Crossing {
@@ -125,7 +123,7 @@ impl Crossing {
             strips[k].gather(picture, self.origin, &self.edges[k], &extent);
         }
         self.first_step(strips)?;
-        self.step::<false>(strips)?;
+        self.step::<false>(strips, false)?;
         for k in 0..2 {
             self.edges[k].s = self.blur_by_area(k, &strips[k]);
         }
@@ -142,7 +140,7 @@ impl Crossing {
         self.gather(picture, options, strips);
         for _ in 0..FINE_STEPS {
             let (at, s) = (self.at, self.edges.map(|e| e.s));
-            self.step::<true>(strips)?;
+            self.step::<true>(strips, false)?;
             let blur = self.edges[0].s.min(self.edges[1].s);
             // the blur is watched too: under heavy blur the position stands still first
             let steady = |k: usize| (self.edges[k].s - s[k]).abs() < 0.15 * self.edges[k].sd();
@@ -153,31 +151,28 @@ impl Crossing {
         Some(())
     }
 
-    /// One last step with the board's terms, and its covariance; `None` where this is not an honest corner.
+    /// One last step with the board's terms, and what its covariance is made of; `None` where this is not an honest corner.
     pub(super) fn score<T: Sample>(
         &mut self,
         picture: &Plane<T>,
         options: &Options,
         strips: &mut [Strip; 2],
-    ) -> Option<Fit> {
+    ) -> Option<(Fit, Scatter)> {
         self.gather(picture, options, strips);
-        let solution = self.step::<true>(strips)?;
+        let solution = self.step::<true>(strips, true)?;
         // corner = N⁻¹ (o + p v), N = rows of the normals
         let (_, inverse) = self.normals(self.at)?;
-        let mut g = [[0.0; 8]; 2];
-        for i in 0..2 {
-            for (k, e) in self.edges.iter().enumerate() {
-                let by_o = inverse[(i, k)] * f64::from(e.profile.h);
-                g[i][3 * k] = by_o;
-                g[i][3 * k + 1] = by_o * if e.steep { self.at.y } else { self.at.x };
-            }
+        let mut places = [[0.0; 8]; 2];
+        for (k, e) in self.edges.iter().enumerate() {
+            let h = f64::from(e.profile.h);
+            places[k][3 * k] = h;
+            places[k][3 * k + 1] = h * if e.steep { self.at.y } else { self.at.x };
         }
-        let [xx, xy, yy] = solution.covariance(&g);
-        let floor = FLOOR_PX * FLOOR_PX;
+        let scatter = solution.scatter(&places, inverse);
         let sigma_gray = solution.variance.sqrt();
         let fit = Fit {
             px: self.px(),
-            cov_px2: [xx + floor, xy, yy + floor],
+            cov_px2: [f64::INFINITY, 0.0, f64::INFINITY], // when the others are known
             blur_px: self.edges.map(|e| f64::from(e.s * e.cos())),
             sigma_gray,
             mean: f64::from(self.mean),
@@ -188,8 +183,9 @@ impl Crossing {
             let e = &self.edges[k];
             e.sd() * e.cos() < WIDEST * self.nearest(1 - k)
         };
-        let honest = fit.amplitude.abs() > 1.5 * sigma_gray && xx + yy < LARGEST_TRACE;
-        (honest && contained(0) && contained(1) && fit.px.iter().all(|v| v.is_finite())).then_some(fit)
+        let honest = fit.amplitude.abs() > 1.5 * sigma_gray && scatter.plain().trace() < LARGEST_TRACE;
+        (honest && contained(0) && contained(1) && fit.px.iter().all(|v| v.is_finite()))
+            .then_some((fit, scatter))
     }
 
     fn gather<T: Sample>(&self, picture: &Plane<T>, options: &Options, strips: &mut [Strip; 2]) {
@@ -270,15 +266,19 @@ impl Crossing {
             mean_gradient: [0.0; 2],
             amplitude_gradient: [0.0; 2],
         };
-        let solution = self.solve::<false>(strips, [unit; 2])?;
+        let solution = self.solve::<false>(strips, [unit; 2], false)?;
         self.mean = 0.0;
         self.amplitude = 0.0;
         let a = solution.step[7] as f32;
         self.advance::<false>(&solution.step, 1.0 / a)
     }
 
-    /// One Gauss–Newton step; `FULL`: with the blur.
-    fn step<const FULL: bool>(&mut self, strips: &[Strip; 2]) -> Option<super::normal::Solution> {
+    /// One Gauss–Newton step; `FULL`: with the blur; `by_rows`: with how the rows scatter.
+    fn step<const FULL: bool>(
+        &mut self,
+        strips: &[Strip; 2],
+        by_rows: bool,
+    ) -> Option<super::normal::Solution> {
         let levels = self.edges.map(|e| {
             let swap = |g: [f32; 2]| if e.steep { g } else { [g[1], g[0]] };
             Levels {
@@ -289,7 +289,7 @@ impl Crossing {
                 amplitude_gradient: swap(self.amplitude_gradient),
             }
         });
-        let solution = self.solve::<FULL>(strips, levels)?;
+        let solution = self.solve::<FULL>(strips, levels, by_rows)?;
         self.advance::<FULL>(&solution.step, 1.0)?;
         Some(solution)
     }
@@ -298,6 +298,7 @@ impl Crossing {
         &mut self,
         strips: &[Strip; 2],
         levels: [Levels; 2],
+        by_rows: bool,
     ) -> Option<super::normal::Solution> {
         let mut system = System::default();
         for e in &mut self.edges {
@@ -313,7 +314,7 @@ impl Crossing {
                 true if e.s <= 1.01 * SMALLEST_BLUR => Blur::AtBound,
                 true => Blur::Free,
             };
-            system.add(k, &Sums::of::<FULL>(&strips[k], e, other, &levels[k]), blur);
+            system.add(k, &Sums::of::<FULL>(&strips[k], e, other, &levels[k], by_rows), blur);
         }
         system.solve()
     }

@@ -4,10 +4,13 @@
 //! the unknowns of edge k, m and a, which gives the exact gradient of the likelihood but for the crossing, which both strips
 //! contain; products between unknowns of different edges are odd in both and left out.
 
+use nalgebra::Matrix2;
+
 use super::{
     edge::Edge,
     gather::Strip,
     lanes::{Block, LANES, fma, limit},
+    scatter::{Rows, Scatter},
 };
 
 /// Columns of one strip: ∂I/∂x, v ∂I/∂x, x ∂I/∂x, ∂I/∂m, ∂I/∂a, residual.
@@ -18,6 +21,8 @@ const S: usize = 2;
 const M: usize = 3;
 const A: usize = 4;
 const R: usize = 5;
+/// Variance that rounding to whole grey levels alone leaves.
+pub(super) const ROUNDING: f64 = 1.0 / 12.0;
 /// Pairs (i, j), i ≤ j, of columns.
 const PAIRS: usize = COLUMNS * (COLUMNS + 1) / 2;
 
@@ -54,12 +59,21 @@ pub(super) struct Sums {
     pairs: [f64; PAIRS],
     /// Factor of column S: ∂P/∂ln s = factor · x P'.
     blur_factor: f64,
+    rows: Rows,
 }
 
 impl Sums {
-    /// Evaluates the model on a strip along `edge`. `FULL`: with the blur and the residuals' sum of squares.
-    pub(super) fn of<const FULL: bool>(strip: &Strip, edge: &Edge, other: &Edge, levels: &Levels) -> Self {
+    /// Evaluates the model on a strip along `edge`. `FULL`: with the blur and the residuals' sum of squares; `by_rows`: with how its
+    /// rows scatter.
+    pub(super) fn of<const FULL: bool>(
+        strip: &Strip,
+        edge: &Edge,
+        other: &Edge,
+        levels: &Levels,
+        by_rows: bool,
+    ) -> Self {
         let mut acc = [[0f32; LANES]; PAIRS];
+        let mut rows = Rows::default();
         let (x_step, skew, form) = (1.0 / edge.profile.h, edge.skew(other), other.form(edge.steep));
         let width = (LANES * strip.blocks) as f32;
         for i in 0..strip.rows {
@@ -68,6 +82,7 @@ impl Sums {
             // the other profile is ±1 in the whole row: most rows
             let far = z * z_end > 0.0 && z.abs() >= 1.0 && z_end.abs() >= 1.0;
             let centre = edge.u(v);
+            let before = [acc[pair(O, R)], acc[pair(O, O)]];
             for (b, pixels) in strip.row(i).iter().enumerate() {
                 let u = u0 + (LANES * b) as f32;
                 let line = Line {
@@ -86,16 +101,30 @@ impl Sums {
                     add_block::<FULL, true>(&mut acc, pixels, edge, other, levels, &line);
                 }
             }
+            if FULL && by_rows && far {
+                rows.add(v, since(&before[0], &acc[pair(O, R)]), since(&before[1], &acc[pair(O, O)]));
+            }
         }
         let mut pairs = acc.map(|lanes| f64::from(lanes.iter().sum::<f32>()));
         pairs[pair(M, M)] = (strip.rows * strip.blocks * LANES) as f64;
         let s2 = edge.s * edge.s;
-        Self { pairs, blur_factor: -f64::from(s2 / (edge.sd() * edge.sd())) }
+        Self { pairs, blur_factor: -f64::from(s2 / (edge.sd() * edge.sd())), rows }
     }
 
     fn of_pair(&self, i: usize, j: usize) -> f64 {
         self.pairs[pair(i, j)]
     }
+}
+
+/// What the lanes of a sum have grown by, in pairs, as vectors are added up.
+#[inline(always)]
+fn since(before: &Block, now: &Block) -> f32 {
+    const { assert!(LANES == 8) };
+    let mut four = [0f32; 4];
+    for l in 0..4 {
+        four[l] = (now[l] - before[l]) + (now[l + 4] - before[l + 4]);
+    }
+    (four[0] + four[2]) + (four[1] + four[3])
 }
 
 /// Adds eight pixels. `CROSS`: the other edge varies within them.
@@ -177,6 +206,7 @@ pub(super) struct System {
     pub(super) rss: f64,
     /// Pixels, those of the crossing counted twice.
     pub(super) pixels: f64,
+    rows: [Rows; 2],
 }
 
 impl System {
@@ -198,6 +228,7 @@ impl System {
         self.right[p] = t.of_pair(P, R);
         self.right[m] += t.of_pair(M, R);
         self.right[a] += t.of_pair(A, R);
+        self.rows[k] = t.rows;
         self.rss += t.of_pair(R, R);
         self.pixels += t.of_pair(M, M);
         let f = t.blur_factor;
@@ -228,9 +259,8 @@ impl System {
         let mut step = self.right;
         factor.solve(&mut step);
         let gain: f64 = step.iter().zip(&self.right).map(|(x, b)| x * b).sum();
-        // rounding to whole grey levels alone leaves 1/12
-        let variance = ((self.rss - gain) / (self.pixels - 8.0)).max(1.0 / 12.0);
-        Some(Solution { step, factor, variance })
+        let variance = ((self.rss - gain) / (self.pixels - 8.0)).max(ROUNDING);
+        Some(Solution { step, factor, variance, rows: self.rows })
     }
 }
 
@@ -240,19 +270,23 @@ pub(super) struct Solution {
     factor: Factor,
     /// Variance of the residuals after the step (valid where the blur was in the sums).
     pub(super) variance: f64,
+    rows: [Rows; 2],
 }
 
 impl Solution {
-    /// `Σ = σ̂² G A⁻¹ Gᵀ` for two rows G: xx, xy, yy.
-    pub(super) fn covariance(&self, g: &[Unknowns; 2]) -> [f64; 3] {
-        let mut w = *g;
+    /// What the covariance of a corner is made of; `places[k]` is the place of edge k by the unknowns, of which only its own count.
+    pub(super) fn scatter(&self, places: &[Unknowns; 2], corner_from_places: Matrix2<f64>) -> Scatter {
+        let mut w = *places;
         for w in &mut w {
             self.factor.solve(w);
         }
-        let dot = |i: usize, j: usize| -> f64 {
-            self.variance * g[i].iter().zip(&w[j]).map(|(a, b)| a * b).sum::<f64>()
-        };
-        [dot(0, 0), dot(0, 1), dot(1, 1)]
+        let dot = |i: usize, j: usize| -> f64 { places[i].iter().zip(&w[j]).map(|(a, b)| a * b).sum() };
+        Scatter {
+            unit: [dot(0, 0), dot(0, 1), dot(1, 1)],
+            white: self.variance,
+            rows: [0, 1].map(|k| self.rows[k].variance([w[k][3 * k], w[k][3 * k + 1]])),
+            corner_from_places,
+        }
     }
 }
 
