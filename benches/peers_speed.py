@@ -77,7 +77,9 @@ def peak_mb():
 
 def memory_of_opencv(file):
     """One calibration in a process of its own: what it needs beyond its input."""
-    board, picture = corners(file)
+    # Not from the JSON: reading that needs more than the calibration.
+    known = np.load(file)
+    board, picture = list(known["board"]), list(known["picture"])
     before = peak_mb()
     cv2.calibrateCamera(board, picture, (800, 600), None, None)
     print(json.dumps({"before": before, "peak": peak_mb()}))
@@ -108,7 +110,10 @@ def calibrate(folder):
                     + ([ms(extended), times(extended, us)] if extended else ["–", "–"]))
         if views >= 200:
             us = ours("memory", folder, str(views))
-            command = [sys.executable, __file__, "memory", str(folder / f"corners_{views}.json")]
+            board, picture = corners(folder / f"corners_{views}.json")
+            arrays = folder / f"corners_{views}.npz"
+            np.savez(arrays, board=np.stack(board), picture=np.stack(picture))
+            command = [sys.executable, __file__, "memory", str(arrays)]
             them = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout)
             memory.append([str(views)] + [f"{m['peak'] - m['before']:.0f}" for m in (us, them)])
     models = []
