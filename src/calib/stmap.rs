@@ -56,7 +56,7 @@ pub enum Storage {
 /// A whole map as a file.
 ///
 /// # Errors
-/// Those of [`Straightener::new`] and [`file`].
+/// Those of [`Straightener::new`] and [`file()`].
 pub fn map(lens: &dyn Lens, framing: &Framing, way: Way, storage: Storage) -> Result<Vec<u8>> {
     let straight = Straightener::new(lens, framing, false)?;
     let maker = Maker { lens, straight: &straight };

@@ -17,8 +17,8 @@ use crate::calib::{
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Board {
     /// The board, or `auto` to find it from the pictures: inner corners of a checkerboard, columns x rows (9x6), or
-    /// KIND:CxR[:DICTIONARY][:marker=, gap= or diameter=SHARE][:first=ID][:border=CELLS][:legacy], KIND of charuco (counts squares),
-    /// aprilgrid (tags), aruco-grid (markers), circles, acircles. What is left out is measured in the pictures
+    /// KIND:CxR, KIND of charuco (counts squares), aprilgrid (tags), aruco-grid (markers), circles, acircles; then, as far as known,
+    /// :DICTIONARY :marker=SHARE (or gap=, diameter=) :first=ID :border=CELLS :legacy. What is left out is measured in the pictures
     #[arg(long, value_name = "BOARD|auto", default_value = "auto")]
     pub(super) board: BoardArg,
     /// Edge of a square (of a tag, of a marker; spacing of circles): 25mm, 2.5cm, 1in, 30 (any unit). Scales distances only, never the camera

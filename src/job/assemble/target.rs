@@ -51,7 +51,7 @@ const OFF: f64 = 0.06;
 /// The board as it was given; what was left open is taken from the pictures, and what they contradict is told.
 ///
 /// # Errors
-/// [`Error::Invalid`] where there is no such board.
+/// Those of [`Design::target`].
 pub(super) fn given(
     design: &Design,
     entries: &[&Entry],

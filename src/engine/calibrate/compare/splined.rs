@@ -62,7 +62,7 @@ impl SplinedCandidate {
 /// Fits a splined camera from `model` on, to all pictures and without each part of them.
 ///
 /// # Errors
-/// Those of [`calibrate`] and [`splined::fit`]; [`Error::Stopped`] where `tick` breaks.
+/// Those of [`calibrate`] and [`splined::fit`]; [`crate::Error::Stopped`] where `tick` breaks.
 pub fn splined(
     problem: &Problem,
     model: Model,
