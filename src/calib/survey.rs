@@ -99,14 +99,8 @@ impl Observations {
     /// [`Error::Format`] with the line of the first one.
     pub fn inside(&self, sizes_px: &[[u32; 2]]) -> Result<()> {
         for ((frame, lines), size) in self.frames.iter().zip(&self.lines).zip(sizes_px) {
-            let outside = |c: &&(&Corner, &usize)| {
-                (0..2).any(|k| {
-                    let n = f64::from(size[k]);
-                    c.0.px[k] < -1.0 - 0.01 * n || c.0.px[k] > 1.01 * n
-                })
-            };
-            let pairs: Vec<(&Corner, &usize)> = frame.corners.iter().zip(lines).collect();
-            let mut bad: Vec<_> = pairs.iter().filter(outside).collect();
+            let pairs = frame.corners.iter().zip(lines);
+            let mut bad: Vec<(&Corner, &usize)> = pairs.filter(|(c, _)| c.is_outside(*size)).collect();
             order::by(&mut bad, |c| [*c.1 as f64]);
             if let Some((corner, line)) = bad.first() {
                 let [w, h] = size;

@@ -18,6 +18,14 @@ pub struct Corner {
     pub sigma_px: f64,
 }
 
+impl Corner {
+    /// Whether it lies farther outside a picture of `[width, height]` px than what is found at its border may.
+    pub fn is_outside(&self, size_px: [u32; 2]) -> bool {
+        let size = size_px.map(f64::from);
+        (0..2).any(|k| self.px[k] < -1.0 - 0.01 * size[k] || self.px[k] > 1.01 * size[k])
+    }
+}
+
 /// The corners of one target in one frame; a part of the board is normal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Observation {

@@ -24,6 +24,7 @@ use crate::{
     camera::Model,
     observation::{FrameId, Observation},
     solution::Calibration,
+    target::Target,
     uncertainty,
 };
 
@@ -153,16 +154,13 @@ pub fn compare(
         return Err(failure);
     };
     let inliers = Inliers::of(reference);
-    let by_model = |fitted: &Calibration, left: &[&Observation]| {
-        let answer = |o: &&Observation| Some(pose_of(&fitted.camera, &problem.target, &o.corners).ok()?.1);
-        left.iter().map(answer).collect()
-    };
     let parts = folds::of(&problem.observations, problem.cameras.first().map_or([0; 2], |c| c.size_px));
     let count = fits.len() as f32 * 2.0;
     let mut tried = Vec::with_capacity(fits.len());
     for (k, calibration) in fits.into_iter().enumerate() {
         let mut share = |part: f32| tick(0.5 + (k as f32 + part) / count);
-        let errors = held_out(problem, &calibration, &parts, &inliers, &by_model, &mut share)?;
+        let errors =
+            held_out(problem, &calibration, &parts, &inliers, &by_model(&problem.target), &mut share)?;
         tried.push(Tried { calibration, errors });
     }
     to_common_groups(&mut tried);
@@ -214,6 +212,13 @@ impl Inliers {
 
 /// What is left (px) of the corners of pictures that a fit was not made from, each with its pose free; `None` where it cannot tell.
 type Ask<'a> = &'a dyn Fn(&Calibration, &[&Observation]) -> Vec<Option<Vec<Vector2<f64>>>>;
+
+/// [`Ask`] of the model that was fitted.
+fn by_model(target: &Target) -> impl Fn(&Calibration, &[&Observation]) -> Vec<Option<Vec<Vector2<f64>>>> {
+    move |fitted, left| {
+        left.iter().map(|o| Some(pose_of(&fitted.camera, target, &o.corners).ok()?.1)).collect()
+    }
+}
 
 /// Squared errors by group in the pictures that each fold leaves out; `None` where one cannot be fitted, or too many pictures lie beyond
 /// the reach of its fits.

@@ -77,7 +77,7 @@ pub(super) fn prepare(problem: &Problem) -> (Vec<Seen>, Vec<(FrameId, String)>) 
 }
 
 fn view(problem: &Problem, points: &[Point3<f64>], observation: &Observation) -> Result<Seen, String> {
-    let size = problem.cameras.first().map_or([0; 2], |c| c.size_px).map(f64::from);
+    let size = problem.cameras.first().map_or([0; 2], |c| c.size_px);
     let corners = &observation.corners;
     if corners.len() < 4 {
         return Err(format!("{} corners: at least 4 are needed", corners.len()));
@@ -108,7 +108,7 @@ fn view(problem: &Problem, points: &[Point3<f64>], observation: &Observation) ->
         if !(corner.px.x.is_finite() && corner.px.y.is_finite()) {
             return Err(format!("corner {} has no finite position", corner.index));
         }
-        if (0..2).any(|k| corner.px[k] < -1.0 - 0.01 * size[k] || corner.px[k] > 1.01 * size[k]) {
+        if corner.is_outside(size) {
             return Err(format!(
                 "corner {} lies at {:.1}, {:.1}, outside a picture of {} x {} px: is it from a camera of another size?",
                 corner.index, corner.px.x, corner.px.y, size[0], size[1]

@@ -10,17 +10,13 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::{
-    Param, Spec,
+    Spec,
     at::{At, all, all_px, one, one_px},
     opencv,
-    pinhole::INTRINSICS,
+    pinhole::params,
 };
 
 const SKEW: usize = 9;
-
-const fn term(name: &'static str) -> Param {
-    Param { name, unit: "" }
-}
 
 /// The model's table.
 pub static SPEC: Spec = Spec {
@@ -29,18 +25,7 @@ pub static SPEC: Spec = Spec {
     explained: "Sensors or scans whose rows and columns are not at right angles; other scales along them are fx and fy in every model",
     perspective: true,
     neutral: &[0.0; 6],
-    params: &[
-        INTRINSICS[0],
-        INTRINSICS[1],
-        INTRINSICS[2],
-        INTRINSICS[3],
-        term("k1"),
-        term("k2"),
-        term("p1"),
-        term("p2"),
-        term("k3"),
-        Param { name: "skew", unit: "px" },
-    ],
+    params: params!("k1" "k2" "p1" "p2" "k3" "skew" in "px"),
     project: |p, x| one(at, p, x),
     project_px: |p, x| one_px(px, p, x),
     project_batch: |p, x, out| all(at, p, x, out),

@@ -14,13 +14,13 @@ pub(super) const INTRINSICS: [Param; 4] = [
 
 /// A model's parameters: [`INTRINSICS`], then coefficients by name.
 macro_rules! params {
-    ($($name:literal)*) => {
+    ($($name:literal $(in $unit:literal)?)*) => {
         &[
             $crate::camera::pinhole::INTRINSICS[0],
             $crate::camera::pinhole::INTRINSICS[1],
             $crate::camera::pinhole::INTRINSICS[2],
             $crate::camera::pinhole::INTRINSICS[3],
-            $($crate::camera::Param { name: $name, unit: "" }),*
+            $($crate::camera::Param { name: $name, unit: concat!("" $(, $unit)?) }),*
         ]
     };
 }

@@ -1,15 +1,11 @@
 //! OpenCV's full fourteen terms, with a tilted sensor: [`super::opencv`].
 
 use super::{
-    Param, Spec,
+    Spec,
     at::{all, all_px, one, one_px},
     opencv::{at_tilted, px_tilted},
-    pinhole::{self, INTRINSICS},
+    pinhole::{self, params},
 };
-
-const fn term(name: &'static str) -> Param {
-    Param { name, unit: "" }
-}
 
 /// The model's table.
 pub static SPEC: Spec = Spec {
@@ -18,26 +14,7 @@ pub static SPEC: Spec = Spec {
     explained: "Thin prism with a sensor that is turned against the lens, as in Scheimpflug cameras",
     perspective: true,
     neutral: &[0.0; 14],
-    params: &[
-        INTRINSICS[0],
-        INTRINSICS[1],
-        INTRINSICS[2],
-        INTRINSICS[3],
-        term("k1"),
-        term("k2"),
-        term("p1"),
-        term("p2"),
-        term("k3"),
-        term("k4"),
-        term("k5"),
-        term("k6"),
-        term("s1"),
-        term("s2"),
-        term("s3"),
-        term("s4"),
-        Param { name: "taux", unit: "rad" },
-        Param { name: "tauy", unit: "rad" },
-    ],
+    params: params!("k1" "k2" "p1" "p2" "k3" "k4" "k5" "k6" "s1" "s2" "s3" "s4" "taux" in "rad" "tauy" in "rad"),
     project: |p, x| one(at_tilted(p), p, x),
     project_px: |p, x| one_px(px_tilted(p), p, x),
     project_batch: |p, x, out| all(at_tilted(p), p, x, out),

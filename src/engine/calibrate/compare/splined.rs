@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
-use super::{Inliers, Tried, folds, held_out, surely_worse, to_common_groups, with};
+use super::{Inliers, Tried, by_model, folds, held_out, surely_worse, to_common_groups, with};
 use crate::{
     Result,
     calibrate::{Problem, calibrate, pose_of},
@@ -76,10 +76,6 @@ pub fn splined(
     let inliers = Inliers::of(&whole);
     let size_px = problem.cameras.first().map_or([0; 2], |c| c.size_px);
     let parts = folds::of(&problem.observations, size_px);
-    let by_model = |fitted: &Calibration, left: &[&Observation]| {
-        let answer = |o: &&Observation| Some(pose_of(&fitted.camera, target, &o.corners).ok()?.1);
-        left.iter().map(answer).collect()
-    };
     let by_splined = |fitted: &Calibration, left: &[&Observation]| -> Vec<Option<Vec<Vector2<f64>>>> {
         let camera = splined::fit(fitted, target, layout, &mut || ControlFlow::Continue(()));
         let answer = |o: &&Observation| {
@@ -89,7 +85,7 @@ pub fn splined(
         left.iter().map(answer).collect()
     };
     let mut share = |from: f32, part: f32| tick(from + 0.45 * part);
-    let base = held_out(problem, &whole, &parts, &inliers, &by_model, &mut |p| share(0.1, p))?;
+    let base = held_out(problem, &whole, &parts, &inliers, &by_model(target), &mut |p| share(0.1, p))?;
     let own = held_out(problem, &whole, &parts, &inliers, &by_splined, &mut |p| share(0.55, p))?;
     let mut both = [base, own].map(|errors| Tried { calibration: whole.clone(), errors });
     to_common_groups(&mut both);
