@@ -85,7 +85,7 @@ fn application(ctx: &Context, n: usize) -> App {
             pixels_hash: view as u128,
             thumbnail: None,
             notes: Vec::new(),
-            detection: Detection { grid: Some(grid), why: String::new() },
+            detection: Detection { grid: Some(grid), why: String::new(), passed_over: false },
             other: Other::default(),
             read_ms: 0.0,
             detect_ms: 0.0,

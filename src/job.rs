@@ -97,6 +97,8 @@ pub enum Job {
     },
     /// From what was seen to a camera with its evidence.
     Evidence(Box<Case>),
+    /// Add what takes longer to evidence: what each picture does to the camera.
+    Weigh(Box<Evidence>),
     /// Compare camera models on what would be calibrated.
     Compare(Box<Case>),
     /// Read a picture to be shown.
@@ -147,7 +149,7 @@ impl Job {
                 Source::View { .. } => None,
             },
             Self::Develop { path, .. } => Some(path),
-            Self::Evidence(_) | Self::Compare(_) | Self::Ablate(_) => None,
+            Self::Evidence(_) | Self::Weigh(_) | Self::Compare(_) | Self::Ablate(_) => None,
         }
     }
 }
@@ -157,7 +159,7 @@ impl Job {
 pub enum Output {
     /// Of [`Job::Inspect`].
     Inspection(Box<Inspection>),
-    /// Of [`Job::Evidence`].
+    /// Of [`Job::Evidence`] and [`Job::Weigh`].
     Evidence(Box<Evidence>),
     /// Of [`Job::Compare`].
     Compared(Box<Comparison>),
@@ -244,6 +246,10 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
         }
         Job::Evidence(case) => evidence::evidence(&case, &mut |share| report(Progress(share)))
             .map(|e| Output::Evidence(Box::new(e))),
+        Job::Weigh(mut found) => {
+            evidence::with_influence(&mut found, &mut |share| report(Progress(share)))?;
+            Ok(Output::Evidence(found))
+        }
         Job::Compare(case) => evidence::compared(&case, &mut |share| report(Progress(share)))
             .map(|c| Output::Compared(Box::new(c))),
         Job::Look { source } => Ok(Output::Raster(Raster::of(source.read(Colours::Keep)?.photo))),

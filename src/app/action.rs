@@ -208,7 +208,13 @@ impl State {
                             time.detect += seen.detect_ms;
                         }
                         time.total = time.read + time.detect + time.calibrate;
-                        self.keep(Arc::new(Answer { key, ids, evidence: *evidence, complete }));
+                        self.keep(Arc::new(Answer {
+                            key,
+                            ids,
+                            evidence: *evidence,
+                            complete,
+                            weighed: false,
+                        }));
                     }
                 }
                 Ok(_) => {}
@@ -224,6 +230,7 @@ impl State {
                 };
                 self.data.effects.insert(number, outcome);
             }
+            Some(plan::Kind::Weigh) => self.weighed(key, result),
             Some(plan::Kind::Compare) => {
                 let outcome = match result {
                     Ok(Output::Compared(comparison)) => Ok(*comparison),
@@ -234,6 +241,20 @@ impl State {
             }
             // Files go past the state: see `batch`.
             Some(plan::Kind::Develop(_)) | None => {}
+        }
+    }
+
+    /// Puts an answer with what each picture does in place of the one without.
+    fn weighed(&mut self, key: Key, result: Result<Output>) {
+        let Some(known) = self.data.kept.iter_mut().find(|a| plan::weigh_key(a) == key) else { return };
+        let evidence = match result {
+            Ok(Output::Evidence(evidence)) => *evidence,
+            // Once is enough: the camera stands without it.
+            _ => known.evidence.clone(),
+        };
+        *known = Arc::new(Answer { evidence, weighed: true, ids: known.ids.clone(), ..**known });
+        if self.data.answer.as_ref().is_some_and(|a| a.key == known.key) {
+            self.data.answer = Some(known.clone());
         }
     }
 

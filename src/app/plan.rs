@@ -8,7 +8,7 @@ use siphasher::sip128::{Hasher128, SipHasher13};
 
 use super::{
     lab,
-    state::{Frame, State},
+    state::{Answer, Frame, State},
 };
 use crate::{
     calib::{
@@ -46,6 +46,8 @@ pub enum Kind {
     Develop(FrameId),
     /// The camera models side by side.
     Compare,
+    /// What each picture does to the camera.
+    Weigh,
 }
 
 impl Kind {
@@ -59,6 +61,7 @@ impl Kind {
             6 => Some(Self::Effect(key.0 as u32)),
             7 => Some(Self::Develop(FrameId(key.0 as u32))),
             8 => Some(Self::Compare),
+            9 => Some(Self::Weigh),
             5 => Some(Self::Thumbnail(FrameId(key.0 as u32))),
             _ => None,
         }
@@ -75,6 +78,7 @@ impl Kind {
             Self::Effect(number) => (6, number as u128),
             Self::Develop(id) => (7, content << 32 | id.0 as u128),
             Self::Compare => (8, content),
+            Self::Weigh => (9, content),
         };
         Key((kind << 120) | (content & (u128::MAX >> 8)))
     }
@@ -165,6 +169,7 @@ impl State {
             key: Kind::Thumbnail(frame.id).key(u128::from(self.prints.borrow_mut().of(&frame.source))),
             job: Job::Thumbnail { source: frame.source.clone(), longest_px: THUMBNAIL_PX },
         }));
+        plan.then.extend(self.weighing());
         plan.then.extend(self.comparison());
         if self.screen.lab == Some(lab::Part::Ablation) {
             let missing = (0..TRIALS as u32).filter(|n| !self.data.effects.contains_key(n));
@@ -234,6 +239,15 @@ impl State {
 }
 
 impl State {
+    /// The camera shown is weighed once it is complete, and no other is wanted.
+    fn weighing(&self) -> Option<Request> {
+        let (answer, _) = self.data.solved().filter(|(a, _)| a.complete && !a.weighed)?;
+        if evidence_key(self) != Some(answer.key) {
+            return None;
+        }
+        Some(Request { key: weigh_key(answer), job: Job::Weigh(Box::new(answer.evidence.clone())) })
+    }
+
     /// Models are compared on what the camera shown was calibrated from, once that is complete.
     fn comparison(&self) -> Option<Request> {
         let (answer, _) = self.data.solved().filter(|(a, _)| a.complete && self.screen.comparing)?;
@@ -291,6 +305,11 @@ fn content(state: &State, with_model: bool) -> Option<u128> {
         (1u8, id, index).hash(&mut hash);
     }
     any.then(|| hash.finish128().into())
+}
+
+/// What weighs this answer.
+pub(super) const fn weigh_key(answer: &Answer) -> Key {
+    Kind::Weigh.key(answer.key.0)
 }
 
 fn case(state: &State, ids: &[FrameId]) -> Case {

@@ -36,11 +36,13 @@ pub enum Sort {
     Tilt,
     /// Most corners first.
     Corners,
+    /// What moves the camera most first.
+    Influence,
 }
 
 impl Sort {
     /// All, in the order of the menu.
-    pub const ALL: [Self; 4] = [Self::Name, Self::Error, Self::Tilt, Self::Corners];
+    pub const ALL: [Self; 5] = [Self::Name, Self::Error, Self::Influence, Self::Tilt, Self::Corners];
 
     /// As shown.
     pub const fn name(self) -> &'static str {
@@ -49,6 +51,7 @@ impl Sort {
             Self::Error => "Error",
             Self::Tilt => "Tilt",
             Self::Corners => "Corners",
+            Self::Influence => "Influence",
         }
     }
 }

@@ -179,6 +179,8 @@ pub struct Answer {
     pub evidence: Evidence,
     /// Whether all pictures had been looked at.
     pub complete: bool,
+    /// Whether it says what each picture does to the camera.
+    pub weighed: bool,
 }
 
 impl Answer {

@@ -105,6 +105,9 @@ pub struct Detection {
     pub grid: Option<Grid>,
     /// Why there is no grid, in words that help; empty where there is one.
     pub why: String,
+    /// Whether another grid of fewer corners was seen, apart from this one.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub passed_over: bool,
 }
 
 /// Corners of a checkerboard on a grid of unknown size and place on the board.

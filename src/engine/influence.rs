@@ -37,8 +37,11 @@ const STEPS: usize = 3;
 const BEYOND_CHANCE: f64 = 3.0;
 /// Precious: σ of the projection grows by so much without it.
 const PRECIOUS: f64 = 0.1;
-/// Outlier: its error is so many times the median of all pictures.
+/// Outlier: its error is so many times the median of all pictures, and more than nothing, px.
 const OUTLYING: f64 = 2.0;
+const OUTLYING_PX: f64 = 0.05;
+/// What moves the camera by less harms nobody, px.
+const HARM_PX: f64 = 0.02;
 
 /// What a picture is to the calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -104,7 +107,7 @@ pub fn of(
         if report(i as f32 / set.blocks.len() as f32).is_break() {
             return None;
         }
-        let outlying = view.rms_px > OUTLYING * usual;
+        let outlying = view.rms_px > (OUTLYING * usual).max(OUTLYING_PX);
         list.push(set.without(i).and_then(|without| set.influence(&without, outlying)));
     }
     Some(list)
@@ -280,7 +283,7 @@ impl<'a> Set<'a> {
         let mean = |sum: f64| if total > 0.0 { (sum / total).sqrt() } else { 0.0 };
         let (moves_px, by_chance_px, sigma) = (mean(squares), mean(growth), mean(variance));
         let certainty = if variance > 0.0 { (1.0 + growth / variance).sqrt() - 1.0 } else { 0.0 };
-        let role = if moves_px > BEYOND_CHANCE * by_chance_px && moves_px > sigma {
+        let role = if moves_px > BEYOND_CHANCE * by_chance_px && moves_px > sigma.max(HARM_PX) {
             Role::Harmful
         } else if certainty > PRECIOUS {
             Role::Precious

@@ -105,9 +105,26 @@ pub fn at(
     range: Range,
     pixels: &[Vector2<f64>],
 ) -> Vec<Option<f64>> {
+    let largest = |c: Option<Matrix2<f64>>| worst(&c?);
+    covariances(calibration, target, range, pixels).into_iter().map(largest).collect()
+}
+
+/// Covariance of the projection at single pixels, px²; `None` where it has no answer.
+pub fn covariances(
+    calibration: &Calibration,
+    target: &Target,
+    range: Range,
+    pixels: &[Vector2<f64>],
+) -> Vec<Option<Matrix2<f64>>> {
     let range = distance(calibration, target, range);
     let scatter = Scatter::new(calibration, target);
-    pixels.iter().map(|px| scatter.as_ref()?.at(calibration, px, range)).collect()
+    pixels.iter().map(|px| scatter.as_ref()?.covariance(calibration, px, range)).collect()
+}
+
+/// 1σ in the worst direction, px; `None` where the covariance is none.
+fn worst(covariance: &Matrix2<f64>) -> Option<f64> {
+    let largest = covariance.symmetric_eigenvalues().max();
+    largest.is_finite().then(|| largest.max(0.0).sqrt())
 }
 
 /// The distance that is meant; `None` at infinity.
@@ -170,6 +187,16 @@ impl Scatter {
 
     /// 1σ at a pixel in the worst direction, px.
     fn at(&self, calibration: &Calibration, px: &Vector2<f64>, range: Option<f64>) -> Option<f64> {
+        worst(&self.covariance(calibration, px, range)?)
+    }
+
+    /// Covariance at a pixel, px².
+    fn covariance(
+        &self,
+        calibration: &Calibration,
+        px: &Vector2<f64>,
+        range: Option<f64>,
+    ) -> Option<Matrix2<f64>> {
         let inverse_range = Some(range.map_or(0.0, f64::recip)).filter(|r| r.is_finite() && *r >= 0.0)?;
         let camera = &calibration.camera;
         let ray = camera.unproject(px)?;
@@ -177,10 +204,7 @@ impl Scatter {
         // The projection does not depend on the range, so the ray stands for its point with the twist's translation scaled.
         let by_twist = by_motion(&there, &ray, inverse_range);
         let by_free = by_free(&there, &self.slots, calibration.free.len()) + by_twist * &self.answer;
-        let covariance: Matrix2<f64> =
-            &by_free * &self.intrinsics * by_free.transpose() + by_twist * self.own * by_twist.transpose();
-        let largest = covariance.symmetric_eigenvalues().max();
-        largest.is_finite().then(|| largest.max(0.0).sqrt())
+        Some(&by_free * &self.intrinsics * by_free.transpose() + by_twist * self.own * by_twist.transpose())
     }
 }
 

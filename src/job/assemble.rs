@@ -240,6 +240,9 @@ fn copies(entries: &[Entry]) -> Vec<Option<usize>> {
     copies
 }
 
+/// Of a picture with two boards.
+const PASSED_OVER: &str = "a second checkerboard was passed over: the one with more corners was taken";
+
 /// What a picture shows of this board.
 pub fn frame(entry: &Entry, target: Option<&Target>) -> FrameReport {
     let (mut frame, seen) = begun(entry);
@@ -252,18 +255,23 @@ pub fn frame(entry: &Entry, target: Option<&Target>) -> FrameReport {
     };
     match (&seen.finding, size) {
         (Finding::Corners { corners, why }, _) => given(&mut frame, corners, why, target.map(Target::len)),
-        (Finding::Grid(Detection { grid: None, why }), _) => frame.why.clone_from(why),
+        (Finding::Grid(Detection { grid: None, why, .. }), _) => frame.why.clone_from(why),
         (Finding::Grid(Detection { grid: Some(_), .. }), None) => {
             frame.why = "corners were found, but not the size of the board: give --board".to_owned();
         }
-        (Finding::Grid(Detection { grid: Some(grid), .. }), Some(size)) => match grid.assign(size) {
-            Err(why) => frame.why = why,
-            Ok(assigned) => {
-                frame.state = if assigned.full { FrameState::Full } else { FrameState::Partial };
-                frame.order_is_a_choice = assigned.order_is_a_choice;
-                frame.corners = assigned.corners;
+        (Finding::Grid(Detection { grid: Some(grid), passed_over, .. }), Some(size)) => {
+            match grid.assign(size) {
+                Err(why) => frame.why = why,
+                Ok(assigned) => {
+                    if *passed_over {
+                        frame.notes.push(PASSED_OVER.to_owned());
+                    }
+                    frame.state = if assigned.full { FrameState::Full } else { FrameState::Partial };
+                    frame.order_is_a_choice = assigned.order_is_a_choice;
+                    frame.corners = assigned.corners;
+                }
             }
-        },
+        }
     }
     frame.found = frame.state.found();
     frame

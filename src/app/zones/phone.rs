@@ -4,13 +4,16 @@
 use egui::{Align2, Frame, Margin, Panel, Popup, Rect, Sense, Stroke, Ui, pos2, vec2};
 
 use super::{answer, center, pictures, strip, top};
-use crate::app::{
-    action::Action,
-    cx::Cx,
-    panels::{PANELS, Tile},
-    screen::{Dialog, ExportPart},
-    style::{font, icon},
-    widgets::{icon_button, named, primary},
+use crate::{
+    app::{
+        action::Action,
+        cx::Cx,
+        panels::{PANELS, Tile},
+        screen::{Dialog, ExportPart},
+        style::{font, icon},
+        widgets::{self, icon_button, named, primary},
+    },
+    calib::diagnose::Level,
 };
 
 /// Below this width of the window, in points, it is a phone.
@@ -128,8 +131,9 @@ fn film(cx: &mut Cx<'_>, ui: &mut Ui) {
                 let stroke = Stroke::new(2.0, t.accent);
                 ui.painter().rect_stroke(place.expand(2.0), 4.0, stroke, egui::StrokeKind::Outside);
             }
-            if row.badge.is_some_and(|(_, warning)| warning) {
-                ui.painter().circle_filled(place.right_bottom() - vec2(7.0, 7.0), 4.0, t.warn);
+            if let Some((_, level)) = row.badge.filter(|(_, level)| *level >= Level::Warn) {
+                let (_, color) = widgets::level(t, level);
+                ui.painter().circle_filled(place.right_bottom() - vec2(7.0, 7.0), 4.0, color);
             }
             if response.clicked() {
                 cx.select(row.id);

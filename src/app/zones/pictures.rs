@@ -8,9 +8,16 @@ use crate::{
         screen::{Filter, Sort},
         state::{State, short_name},
         style::{Tokens, font, icon},
-        widgets::{icon_button, named, text},
+        widgets::{self, icon_button, named, text},
     },
-    calib::{observation::FrameId, order, report::FrameState},
+    calib::{
+        diagnose::Level,
+        influence::{Influence, Role},
+        number::significant,
+        observation::FrameId,
+        order,
+        report::{FrameReport, FrameState},
+    },
     job::evidence::SET_ASIDE_BY_HAND,
 };
 
@@ -32,10 +39,12 @@ pub struct Row {
     pub used: bool,
     /// Whether the user set it aside.
     pub excluded: bool,
-    /// Corners, mean error, largest error, tilt; empty where not known.
+    /// Corners, mean error, largest error or how far it moves the camera, tilt; empty where not known.
     pub numbers: [String; 4],
     /// One word about it.
-    pub badge: Option<(&'static str, bool)>,
+    pub badge: Option<(&'static str, Level)>,
+    /// What leaving it out would do.
+    pub influence: Option<Influence>,
     /// Why it is not used.
     pub why: String,
     /// By what it is sorted.
@@ -61,6 +70,7 @@ pub fn rows(state: &State) -> Vec<Row> {
                 excluded,
                 numbers: Default::default(),
                 badge: None,
+                influence: None,
                 why: String::new(),
                 mean: 0.0,
                 tilt: 0.0,
@@ -83,14 +93,14 @@ pub fn rows(state: &State) -> Vec<Row> {
             }
             if report.included {
                 row.numbers[1] = format!("{:.2}", row.mean);
-                row.numbers[2] = report.max_px.map(|m| format!("{m:.2}")).unwrap_or_default();
-                row.numbers[3] = format!("{:.0}°", row.tilt.to_degrees());
-                row.badge = match (report.outliers.len(), report.state) {
-                    (0, FrameState::Partial) => Some(("partial", false)),
-                    (0, _) => None,
-                    (1, _) => Some(("1 outlier", true)),
-                    _ => Some(("outliers", true)),
+                row.influence = report.influence;
+                let third = match state.screen.sort {
+                    Sort::Influence => report.influence.map(|i| significant(i.moves_px, 2)),
+                    _ => report.max_px.map(|m| format!("{m:.2}")),
                 };
+                row.numbers[2] = third.unwrap_or_default();
+                row.numbers[3] = format!("{:.0}°", row.tilt.to_degrees());
+                row.badge = badge(report, answer.is_some_and(|a| a.weighed));
             } else {
                 row.why.clone_from(&report.why);
                 if excluded {
@@ -112,13 +122,49 @@ pub fn rows(state: &State) -> Vec<Row> {
         Sort::Error => order::by(&mut rows, |r| [-r.mean]),
         Sort::Tilt => order::by(&mut rows, |r| [-r.tilt]),
         Sort::Corners => order::by(&mut rows, |r| [-(r.corners as f64)]),
+        // Nobody can say where the camera would go without a picture that the others need.
+        Sort::Influence => {
+            order::by(&mut rows, |r| {
+                [-r.influence.map_or(f64::from(u8::from(r.used)) * f64::MAX, |i| i.moves_px)]
+            });
+        }
     }
     // What could not be used stands below what is; what the user sets aside stays where it is under the pointer.
     order::by(&mut rows, |r| [r.is_aside().into()]);
     rows
 }
 
+/// The word that counts most.
+fn badge(report: &FrameReport, weighed: bool) -> Option<(&'static str, Level)> {
+    // Without such a picture the others do not determine the camera.
+    let alone = weighed.then_some(Role::Precious);
+    let role = report.influence.map(|i| i.role).or(alone).unwrap_or(Role::Fine);
+    match (role, report.outliers.len()) {
+        (Role::Harmful, _) => Some((role.name(), Level::Bad)),
+        (Role::HarmlessOutlier, _) => Some((role.name(), Level::Warn)),
+        (_, 1) => Some(("1 outlier", Level::Warn)),
+        (_, 2..) => Some(("outliers", Level::Warn)),
+        (Role::Precious, _) => Some((role.name(), Level::Good)),
+        (Role::Fine, _) => (report.state == FrameState::Partial).then_some(("partial", Level::Info)),
+    }
+}
+
 impl Row {
+    /// What leaving it out would do, in a sentence.
+    fn effect(&self) -> Option<String> {
+        let Influence { moves_px, by_chance_px, certainty, .. } = self.influence?;
+        let times = if by_chance_px > 0.0 {
+            format!(", {} times as far as chance would take it", significant(moves_px / by_chance_px, 2))
+        } else {
+            String::new()
+        };
+        Some(format!(
+            "Without it the projection moves by {} px{times}, and is {:.0} % less certain.",
+            significant(moves_px, 2),
+            100.0 * certainty
+        ))
+    }
+
     /// Whether the program has set it aside.
     fn is_aside(&self) -> bool {
         !self.used && !self.excluded && !self.why.is_empty() && self.why != NOT_READ
@@ -251,7 +297,8 @@ fn head(cx: &mut Cx<'_>, ui: &mut Ui) {
         });
     });
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 18.0), Sense::hover());
-    for (x, name) in columns(rect).into_iter().zip(["corners", "mean", "max px", "tilt"]) {
+    let third = if cx.state.screen.sort == Sort::Influence { "moves px" } else { "max px" };
+    for (x, name) in columns(rect).into_iter().zip(["corners", "mean", third, "tilt"]) {
         let at = pos2(x, rect.center().y);
         ui.painter().text(at, Align2::RIGHT_CENTER, name, font::regular(font::CAPTION), t.text3);
     }
@@ -282,6 +329,8 @@ fn row(
     }
     if !row.why.is_empty() {
         response.clone().on_hover_text(&row.why);
+    } else if let Some(effect) = row.effect() {
+        response.clone().on_hover_text(effect);
     }
     let painter = ui.painter();
     if is_selected {
@@ -296,14 +345,19 @@ fn row(
     let painter = ui.painter();
     let ink = if quiet { t.text2 } else { t.ink };
     let left = rect.left() + 87.0;
-    let badge_room = if row.badge.is_some() { 74.0 } else { 0.0 };
-    let name = shortened(painter, &row.name, rect.right() - 8.0 - badge_room - left);
+    let badge = row.badge.map(|(word, level)| {
+        (
+            painter.layout_no_wrap(word.to_owned(), font::regular(font::SMALL), t.text2),
+            widgets::level(t, level).1,
+        )
+    });
+    let badge_room = badge.as_ref().map_or(0.0, |(word, _)| word.size().x + 18.0);
+    let name = shortened(painter, &row.name, rect.right() - 10.0 - badge_room - left);
     painter.text(pos2(left, rect.top() + 13.0), Align2::LEFT_CENTER, name, font::medium(font::BODY), ink);
-    if let Some((word, is_warning)) = row.badge {
-        let at = pos2(rect.right() - 10.0, rect.top() + 13.0);
-        let drawn = painter.text(at, Align2::RIGHT_CENTER, word, font::regular(font::SMALL), t.text2);
-        let color = if is_warning { t.warn } else { t.text3 };
-        painter.circle_filled(pos2(drawn.left() - 7.0, at.y), 3.0, color);
+    if let Some((word, color)) = badge {
+        let at = pos2(rect.right() - 10.0 - word.size().x, rect.top() + 13.0);
+        painter.circle_filled(at - vec2(7.0, 0.0), 3.0, color);
+        painter.galley(at - vec2(0.0, word.size().y / 2.0), word, t.text2);
     }
     let y = rect.top() + 31.0;
     if quiet && !row.why.is_empty() {

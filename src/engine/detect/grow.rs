@@ -86,8 +86,9 @@ impl<'a> Field<'a> {
         self.saddles.len()
     }
 
-    /// The grid with the most corners, if it has at least `fewest`.
-    pub(super) fn largest(&mut self, fewest: usize) -> Option<Lattice> {
+    /// The grid with the most corners, if it has at least `fewest`, and the next largest that is no part of it, if it has at least
+    /// `second`.
+    pub(super) fn largest(&mut self, fewest: usize, second: usize) -> Option<(Lattice, Option<Lattice>)> {
         let n = self.saddles.len();
         let mut order: Vec<usize> = (0..n).collect();
         let strength = |i: &usize| self.saddles[*i].quality * self.saddles[*i].contrast;
@@ -95,9 +96,11 @@ impl<'a> Field<'a> {
         let mut taken = vec![false; n];
         let mut left = n;
         let mut best: Option<(Sheet<usize>, Vec<Saddle>)> = None;
+        let mut next: Option<(Sheet<usize>, Lattice)> = None;
         for seed in order {
             let least = best.as_ref().map_or(fewest, |(sheet, _)| sheet.len() + 1);
-            if left < least {
+            let least_next = next.as_ref().map_or(second, |(sheet, _)| sheet.len() + 1);
+            if left < least.min(if best.is_some() { least_next } else { least }) {
                 break;
             }
             if taken[seed] {
@@ -120,19 +123,35 @@ impl<'a> Field<'a> {
                     }
                 }
             }
-            if grown.len() >= least {
-                best = Some((grown, self.saddles[n..].to_vec()));
+            let added = self.saddles.split_off(n);
+            let passed =
+                if grown.len() >= least { best.replace((grown, added)) } else { Some((grown, added)) };
+            if let Some((sheet, added)) = passed.filter(|(sheet, _)| sheet.len() >= least_next) {
+                let lattice = self.lattice(&sheet, &added);
+                next = Some((sheet, lattice));
             }
-            self.saddles.truncate(n);
         }
         let (mut sheet, added) = best?;
         self.saddles.extend(added);
         while self.bridge(&mut sheet) {
             self.grow(&mut sheet, &[]);
         }
+        // What was bridged is one board.
+        let mut in_sheet = vec![false; self.saddles.len()];
+        sheet.iter().for_each(|(_, i)| in_sheet[i] = true);
+        let apart = |s: &Sheet<usize>| !s.iter().any(|(_, i)| i < n && in_sheet[i]);
+        let next = next.filter(|(sheet, _)| apart(sheet)).map(|(_, lattice)| lattice);
+        Some((self.lattice(&sheet, &[]), next))
+    }
+
+    /// Where the saddles of a sheet are; `added` are beyond the list.
+    fn lattice(&self, sheet: &Sheet<usize>, added: &[Saddle]) -> Lattice {
+        let n = self.saddles.len();
         let mut cells = Sheet::new();
-        sheet.iter().for_each(|(cell, i)| cells.set(cell, self.saddles[i].px));
-        Some(Lattice { cells })
+        sheet
+            .iter()
+            .for_each(|(cell, i)| cells.set(cell, self.saddles.get(i).unwrap_or_else(|| &added[i - n]).px));
+        Lattice { cells }
     }
 
     /// Saddles within a box of half size `reach`.

@@ -46,10 +46,15 @@ pub(super) fn search<T: Sample>(picture: &Plane<T>, gray: &Gray, refinement: Ref
     let mut look = |level: &Level<'_>, ring: &'static Ring| -> Option<Found> {
         let mut field = Field::new(&level.picture, ring, noise(&level.picture));
         searched.saddles = searched.saddles.max(field.len());
-        let lattice = field.largest(FEWEST / 2)?;
+        let (lattice, next) = field.largest(FEWEST / 2, FEWEST)?;
         let (fitted, goes_on) = complete(picture, level, &lattice)?;
         searched.corners = searched.corners.max(fitted.len());
-        is_board(&fitted).then(|| Found { spacing: spacing(&lattice), fitted, goes_on })
+        if !is_board(&fitted) {
+            return None;
+        }
+        let next = next.and_then(|lattice| complete(picture, level, &lattice));
+        let passed_over = next.filter(|(other, _)| is_board(other) && apart(other, &fitted)).is_some();
+        Some(Found { spacing: spacing(&lattice), fitted, goes_on, passed_over })
     };
     // From the start to finer levels, then to coarser ones, which see through blur and noise.
     let order = (finest..=start).rev().chain(start + 1..levels.len());
@@ -71,8 +76,11 @@ pub(super) fn search<T: Sample>(picture: &Plane<T>, gray: &Gray, refinement: Ref
         best = look(&clean, &RING);
     }
     match best {
-        Some(found) => Detection { grid: Some(found.grid(picture, refinement)), why: String::new() },
-        None => Detection { grid: None, why: why(&levels, &searched) },
+        Some(found) => {
+            let grid = Some(found.grid(picture, refinement));
+            Detection { grid, why: String::new(), passed_over: found.passed_over }
+        }
+        None => Detection { grid: None, why: why(&levels, &searched), passed_over: false },
     }
 }
 
@@ -83,6 +91,8 @@ struct Found {
     goes_on: [bool; 4],
     /// Median distance of neighbours in the level, px.
     spacing: f64,
+    /// Whether another board with fewer corners was seen.
+    passed_over: bool,
 }
 
 fn larger(a: Option<Found>, b: Option<Found>) -> Option<Found> {
@@ -90,6 +100,13 @@ fn larger(a: Option<Found>, b: Option<Found>) -> Option<Found> {
         (Some(a), Some(b)) => Some(if b.fitted.len() > a.fitted.len() { b } else { a }),
         (a, b) => a.or(b),
     }
+}
+
+/// Whether no corner of one is a corner of the other: what grew twice from one board is one.
+fn apart(a: &Fitted, b: &Fitted) -> bool {
+    /// Squared, px².
+    const NEAR: f64 = 9.0;
+    a.iter().all(|(_, p)| b.iter().all(|(_, q)| (p.px - q.px).norm_squared() > NEAR))
 }
 
 /// Enough corners in enough lines.

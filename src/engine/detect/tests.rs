@@ -290,3 +290,21 @@ fn pictures_of_any_shape_are_searched() {
         }
     }
 }
+
+#[test]
+fn of_two_boards_the_larger_is_taken_and_the_other_is_told() {
+    let large = scene("noise=2");
+    let mut small = large.clone();
+    small.board.size = size("7x5");
+    let [left, right] = [&large, &small].map(|s| Renderer::new(s).unwrap().render(0).unwrap());
+    assert!(!find(left.clone()).passed_over);
+    let (w, h) = (left.width(), left.height());
+    let beside = |a: &Plane<u8>, b: &Plane<u8>| {
+        let rows = (0..h).flat_map(|y| [a, b].map(|p| p.data()[y * w..(y + 1) * w].to_vec()).concat());
+        find(Plane::from_vec(2 * w, h, rows.collect()).unwrap())
+    };
+    for found in [beside(&left, &right), beside(&right, &left)] {
+        let grid = found.grid.unwrap();
+        assert_eq!((grid.size, grid.corners.len(), found.passed_over), ([9, 6], 54, true));
+    }
+}

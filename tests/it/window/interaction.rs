@@ -5,7 +5,11 @@ use egui_kittest::kittest::Queryable as _;
 use straightedge::{
     app::action::Action,
     app::panels::Tile,
-    calib::{camera::Model, synth::Method},
+    calib::{
+        camera::Model,
+        diagnose::Level,
+        synth::{self, Method, Scene},
+    },
 };
 
 use super::{click, demonstrated, drop_on, is_on, key, opened, pictures, says, settle, until, window};
@@ -92,6 +96,48 @@ fn setting_aside_is_undone_bit_for_bit() {
     window.run_ok();
     settle(&mut window);
     assert_eq!(window.state().state.doc.excluded.len(), 2, "the space bar sets the selected one aside");
+}
+
+#[test]
+fn a_picture_with_another_zoom_is_named_and_heads_the_list() {
+    let folder = tempfile::tempdir().unwrap();
+    pictures(folder.path(), 0..12);
+    let mut zoomed = Scene::seed();
+    zoomed.camera.params[0] *= 1.05;
+    zoomed.camera.params[1] *= 1.05;
+    let png = synth::png(&synth::render(&zoomed, 4).unwrap(), false).unwrap();
+    std::fs::write(folder.path().join(zoomed.file_name(4)), png).unwrap();
+    let mut window = window(SIZE, Theme::Dark);
+    opened(&mut window, vec![folder.path().to_owned()]);
+    assert!(says(&window, "view_05 pulls the camera away") && says(&window, "view_05 harmful"));
+    let first = |window: &_| straightedge::app::zones::pictures::rows(state(window))[0].clone();
+    assert_eq!(first(&window).name, "view_01");
+    click(&mut window, "Sort");
+    click(&mut window, "Influence");
+    let (row, moves) = (first(&window), first(&window).influence.unwrap().moves_px);
+    assert_eq!((row.name.as_str(), row.badge), ("view_05", Some(("harmful", Level::Bad))));
+    assert!(row.numbers[2].parse::<f64>().unwrap() > 0.9 * moves && moves > 0.1);
+    // In the list and beside the finding.
+    window.get_all_by_label("Set aside view_05").last().unwrap().click();
+    settle(&mut window);
+    assert!(!says(&window, "pulls the camera away") && says(&window, "1 picture is set aside"));
+    // Known answers come back with all that was said of them.
+    click(&mut window, "Undo");
+    println!(
+        "{:?} {:?}",
+        state(&window).data.answer.as_ref().unwrap().evidence.findings,
+        straightedge::app::zones::pictures::rows(state(&window))
+            .iter()
+            .map(|r| (r.name.clone(), r.badge, r.influence))
+            .collect::<Vec<_>>()
+    );
+    assert!(says(&window, "view_05 pulls the camera away"));
+}
+
+fn state<'a>(
+    window: &'a egui_kittest::Harness<'static, straightedge::app::App>,
+) -> &'a straightedge::app::state::State {
+    &window.state().state
 }
 
 #[test]
