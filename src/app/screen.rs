@@ -172,6 +172,8 @@ pub struct Screen {
     pub component: usize,
     /// How the 3-D view is turned.
     pub orbit: Orbit,
+    /// Whether the certainty is that of points far away, instead of those as far as the boards were.
+    pub far: bool,
     /// Whether *more* is unfolded in the answer.
     pub more: bool,
     /// Whether the camera models are compared in the background: once someone has looked at the lens.
@@ -203,6 +205,7 @@ impl Default for Screen {
             swipe: 0.5,
             component: 2,
             orbit: Orbit::default(),
+            far: false,
             more: false,
             comparing: false,
             unlocked: false,

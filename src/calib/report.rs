@@ -223,6 +223,9 @@ pub struct Solution {
     pub coverage: Coverage,
     /// How sure the projection is, 1 σ in px at the boards' distance.
     pub uncertainty: Uncertainty,
+    /// The same of points beyond all distances; none in files of before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uncertainty_far: Option<Uncertainty>,
     /// Whether errors depend on how the board stood; none where there are too few pictures.
     pub trends: Trends,
     /// What the model leaves as a displacement over the picture, and whether that is worth having; only where it was asked for.

@@ -10,6 +10,7 @@ use crate::calib::{
     diagnose,
     number::{counted, percent, significant, with_sigma},
     report::{Report, Solution},
+    uncertainty::Uncertainty,
 };
 use table::{Table, paragraph, sentence};
 
@@ -96,15 +97,18 @@ fn certainty(report: &Report, solution: &Solution) -> String {
     let mut table = Table::new("ll");
     let u = &solution.uncertainty;
     let px = |v: Option<f64>| v.map_or("unknown".to_owned(), |v| format!("{} px", significant(v, 2)));
-    table.row([
-        "Projection certain to".to_owned(),
+    let certain = |u: &Uncertainty, of: &str| {
         format!(
-            "{} in the middle, {} over 90 % of the picture, {} in the worst corner",
+            "{} in the middle, {} over 90 % of the picture, {} in the worst corner{of}",
             px(u.center_px),
             px(u.over_share(0.9)),
             px(u.worst_corner_px)
-        ),
-    ]);
+        )
+    };
+    table.row(["Projection certain to".to_owned(), certain(u, ", at the boards' distance")]);
+    if let Some(far) = &solution.uncertainty_far {
+        table.row([String::new(), certain(far, ", far away")]);
+    }
     let c = &solution.coverage;
     table.row([
         "Coverage by corners".to_owned(),

@@ -109,6 +109,14 @@ pub(super) fn certainty(report: &Report, solution: &Solution) -> String {
             ))
         ),
     )];
+    if let Some(far) = &solution.uncertainty_far {
+        let text = format!(
+            "{} in the middle, {} in the worst corner (1 σ)",
+            px(far.center_px),
+            px(far.worst_corner_px)
+        );
+        rows.push(("The same of points far away", text));
+    }
     if let Some(map) = &solution.residual_map {
         rows.push(("Residual map", map.to_string()));
     }

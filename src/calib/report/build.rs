@@ -88,6 +88,7 @@ impl Report {
             stats: stats::errors(&self.errors_px()),
             coverage: stats::coverage(&self.corners_px(), camera.size_px),
             uncertainty: uncertainty::of(calibration, target, Range::Boards),
+            uncertainty_far: Some(uncertainty::of(calibration, target, Range::Infinity)),
             trends: Trends { rms_by_tilt_rad: trend(|f| f.tilt_rad), rms_by_distance: trend(|f| f.distance) },
             residual_map: None,
             truth: Vec::new(),

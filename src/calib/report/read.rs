@@ -44,6 +44,7 @@ pub(super) struct Flat {
     stats: Option<ErrorStats>,
     coverage: Option<Coverage>,
     uncertainty: Option<Uncertainty>,
+    uncertainty_far: Option<Uncertainty>,
     trends: Option<Trends>,
     residual_map: Option<ResidualMap>,
     #[serde(default, with = "wire::by_name")]
@@ -104,6 +105,7 @@ impl Flat {
             stats: need!(self.stats),
             coverage: need!(self.coverage),
             uncertainty: need!(self.uncertainty),
+            uncertainty_far: self.uncertainty_far.take(),
             trends: need!(self.trends),
             residual_map: self.residual_map.take(),
             truth: std::mem::take(&mut self.truth),
