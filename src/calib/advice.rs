@@ -11,7 +11,9 @@
 //! Σ ln(1 + σ²/g²)     over the places that the goal g is about
 //! ```
 //!
-//! which asks for ratios where σ is far from the goal and for nothing where it is reached. Then the next best, given the first, and so on
+//! which asks for ratios where σ is far from the goal and for nothing where it is reached. While the focal length is hardly known, places at
+//! infinity count too: at the boards' own distance a wrong focal length and wrong distances make each other good, and nobody would ask
+//! for tilt. Then the next best, given the first, and so on
 //! until the goal is reached: so many pictures are still to be taken.
 //!
 //! E. Olson et al., "AprilCal: Assisted and repeatable camera calibration", IROS 2013; S. Peng and P. Sturm, "Calibration Wizard",
@@ -28,6 +30,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     camera::Camera,
+    diagnose::UNSURE_FOCAL,
     number::significant,
     order,
     pose::Pose,
@@ -119,6 +122,8 @@ pub struct Advice {
     pub before: Option<Figures>,
     /// The uncertainty that is expected with the next picture.
     pub after: Option<Figures>,
+    /// σ of the focal length fx now, and as expected with the next picture, px; `None` where it is held.
+    pub focal_px: Option<[f64; 2]>,
     /// Pictures to the goal, the next one included; `None` where there would be more than [`MOST_PICTURES`], where they cannot be told
     /// because the figure has no answer now, and where none help.
     pub pictures: Option<usize>,
@@ -138,6 +143,7 @@ impl Advice {
             range: None,
             before: None,
             after: None,
+            focal_px: None,
             pictures: None,
             next: None,
         };
@@ -157,13 +163,14 @@ impl Advice {
 }
 
 /// The uncertainty that is expected after one more picture, with the board at this pose: its points in the picture count. Of points at
-/// this distance, in the unit of the square; `None` is infinity. No answer where fewer than four points are seen.
+/// this distance, in the unit of the square; `None` is infinity. Beside it σ of the focal length fx, px; `None` where that is held. No answer
+/// where fewer than four points are seen.
 pub fn expected(
     calibration: &Calibration,
     target: &Target,
     pose: &Pose,
     range: Option<f64>,
-) -> Option<Uncertainty> {
+) -> Option<(Uncertainty, Option<f64>)> {
     let scatter = Scatter::new(calibration, target)?;
     let camera = &calibration.camera;
     let [w, h] = camera.size_px.map(f64::from);
@@ -180,7 +187,8 @@ pub fn expected(
         return None;
     }
     let seen = scatter.seen(camera, &points, usual_weight(calibration))?;
-    Some(scatter.with(&seen)?.over(camera, range))
+    let with = scatter.with(&seen)?;
+    Some((with.over(camera, range), with.sigma_of(0)))
 }
 
 /// Mean weight of a corner.
@@ -245,6 +253,11 @@ struct Candidate {
     seen: Seen,
 }
 
+/// Whether the focal length is hardly known.
+fn is_unsure(scatter: &Scatter, camera: &Camera) -> bool {
+    scatter.sigma_of(0).is_some_and(|sigma| sigma > UNSURE_FOCAL * camera.params[0])
+}
+
 /// Everything that poses are judged by.
 struct Search<'a> {
     scatter: &'a Scatter,
@@ -289,11 +302,14 @@ impl<'a> Search<'a> {
             let place = |step: i32| middle + (px - middle) * (1.0 - 0.05 * f64::from(step));
             (0..20).find_map(|step| scatter.probe(camera, &place(step), range))
         };
-        let places: Vec<Option<Probe>> = match goal.figure {
+        let mut places: Vec<Option<Probe>> = match goal.figure {
             Figure::Corner => corners.iter().flatten().map(inwards).collect(),
             Figure::Centre => figure.clone(),
             Figure::Mean => probes(&mut some(2)),
         };
+        if is_unsure(scatter, camera) {
+            places.extend(some(2).map(|px| scatter.probe(camera, px, None)));
+        }
         Self {
             weight,
             goal,
@@ -368,6 +384,8 @@ impl<'a> Search<'a> {
         }
         let Some(first) = best.1.and_then(|c| self.candidate(studio, c.hold, usize::MAX)) else { return };
         let Some(after) = self.scatter.with(&first.seen) else { return };
+        let focal = [self.scatter, &after].map(|scatter| scatter.sigma_of(0));
+        advice.focal_px = focal[0].zip(focal[1]).map(<[f64; 2]>::from);
         let stance = stats::stance(&first.pose, target);
         advice.state = State::Next;
         advice.sentence = words::hold(&first.hold, stance.distance, unit);

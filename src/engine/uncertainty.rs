@@ -265,6 +265,12 @@ impl Scatter {
         })
     }
 
+    /// 1σ of a parameter of the camera, by its place in the model; `None` where it is held.
+    pub fn sigma_of(&self, param: usize) -> Option<f64> {
+        let slot = (*self.slots.get(param)?)?;
+        Some(self.intrinsics.get((slot, slot))?.sqrt())
+    }
+
     /// The map over the picture, of points at this distance; `None` is infinity.
     pub fn over(&self, camera: &Camera, range: Option<f64>) -> Uncertainty {
         over(Some(self), camera, range)

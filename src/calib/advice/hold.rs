@@ -51,7 +51,7 @@ pub(super) struct Studio<'a> {
     /// All points, in the board frame.
     pub(super) points: Vec<Point3<f64>>,
     center: Point3<f64>,
-    /// Four corners of the board, then the middles of its sides, half a spacing beyond the points.
+    /// Four corners of the board, then the middles of its sides, a spacing beyond the points: most of the outer squares.
     outline: [Point3<f64>; 8],
     /// Mean distance of neighbouring points.
     spacing: f64,
@@ -81,7 +81,7 @@ impl<'a> Studio<'a> {
         let points = target.points_in_board();
         let spacing = ((x1 - x0) * (y1 - y0) / points.len() as f64).sqrt();
         let center = target.center_in_board();
-        let half = [(x1 - x0 + spacing) / 2.0, (y1 - y0 + spacing) / 2.0];
+        let half = [(x1 - x0) / 2.0 + spacing, (y1 - y0) / 2.0 + spacing];
         let at = |x: i8, y: i8| center + Vector3::new(f64::from(x) * half[0], f64::from(y) * half[1], 0.0);
         Some(Self {
             camera,

@@ -82,7 +82,18 @@ pub(super) fn promise(advice: &Advice) -> String {
         State::Next => {
             let after = advice.after.as_ref().and_then(of);
             let where_ = advice.goal.figure.words();
-            let mut text = format!("Expected: {} {where_} becomes {}.", px(before), px(after));
+            let mut text = match (before, after, advice.focal_px) {
+                (Some(_), Some(_), _) | (_, _, None) => {
+                    format!("Expected: {} {where_} becomes {}.", px(before), px(after))
+                }
+                (.., Some([now, then])) => {
+                    format!(
+                        "Expected: the focal length, known to {}, becomes known to {}.",
+                        px(Some(now)),
+                        px(Some(then))
+                    )
+                }
+            };
             text += &match advice.pictures {
                 Some(1) => format!(" That reaches {goal}."),
                 Some(n) => format!(" It takes {} to {goal}.", counted(n, "picture")),
