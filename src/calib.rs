@@ -5,6 +5,7 @@
 
 pub use engine::*;
 
+pub mod advice;
 pub mod board;
 pub mod diagnose;
 pub mod experiment;
@@ -15,3 +16,4 @@ pub mod npy;
 pub mod report;
 pub mod stmap;
 pub mod survey;
+pub mod twin;

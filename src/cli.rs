@@ -17,6 +17,7 @@ mod pose;
 mod stmap;
 mod synth;
 mod text;
+mod twin;
 mod undistort;
 
 use std::{path::PathBuf, process::ExitCode};
@@ -49,6 +50,7 @@ enum Command {
     Experiment(experiment::Args),
     Board(board::Args),
     Stmap(stmap::Args),
+    Twin(twin::Args),
 }
 
 /// Ran, but there is no calibration.
@@ -71,6 +73,7 @@ pub fn main(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>) -> Exit
         Some(Command::Experiment(args)) => experiment::run(&args),
         Some(Command::Board(args)) => board::run(&args),
         Some(Command::Stmap(args)) => stmap::run(&args),
+        Some(Command::Twin(args)) => twin::run(&args),
     };
     ran.unwrap_or_else(|error| fail(&error))
 }
@@ -92,7 +95,7 @@ fn open(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>, paths: Vec<
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
             say(&format!(
-                "no window: {why}. Without one: straightedge calibrate | detect | undistort | convert | pose | synth | experiment | board | stmap (--help)"
+                "no window: {why}. Without one: straightedge calibrate | detect | undistort | convert | pose | synth | experiment | board | stmap | twin (--help)"
             ));
             ExitCode::from(NO_RESULT)
         }

@@ -25,6 +25,7 @@ use web_time::Instant;
 
 use crate::calib::{
     Error, Result,
+    advice::{Advice, Goal},
     calibrate::Comparison,
     camera::Camera,
     detect::{self, Detection},
@@ -99,6 +100,8 @@ pub enum Job {
     Evidence(Box<Case>),
     /// Add what takes longer to evidence: what each picture does to the camera.
     Weigh(Box<Evidence>),
+    /// What to photograph next.
+    Advise(Box<Evidence>, Goal),
     /// Compare camera models on what would be calibrated.
     Compare(Box<Case>),
     /// Read a picture to be shown.
@@ -149,7 +152,9 @@ impl Job {
                 Source::View { .. } => None,
             },
             Self::Develop { path, .. } => Some(path),
-            Self::Evidence(_) | Self::Weigh(_) | Self::Compare(_) | Self::Ablate(_) => None,
+            Self::Evidence(_) | Self::Weigh(_) | Self::Advise(..) | Self::Compare(_) | Self::Ablate(_) => {
+                None
+            }
         }
     }
 }
@@ -161,6 +166,8 @@ pub enum Output {
     Inspection(Box<Inspection>),
     /// Of [`Job::Evidence`] and [`Job::Weigh`].
     Evidence(Box<Evidence>),
+    /// Of [`Job::Advise`].
+    Advice(Box<Advice>),
     /// Of [`Job::Compare`].
     Compared(Box<Comparison>),
     /// Of [`Job::Look`] and [`Job::Thumbnail`].
@@ -250,6 +257,7 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
             evidence::with_influence(&mut found, &mut |share| report(Progress(share)))?;
             Ok(Output::Evidence(found))
         }
+        Job::Advise(found, goal) => Ok(Output::Advice(Box::new(evidence::advised(&found, goal)))),
         Job::Compare(case) => evidence::compared(&case, &mut |share| report(Progress(share)))
             .map(|c| Output::Compared(Box::new(c))),
         Job::Look { source } => Ok(Output::Raster(Raster::of(source.read(Colours::Keep)?.photo))),

@@ -10,7 +10,7 @@ use super::{
     state::{Answer, Document, Frame, Notice, Shown, State},
 };
 use crate::{
-    calib::{Error, Result, synth::Scene},
+    calib::{Error, Result, advice::Advice, synth::Scene},
     job::{Key, Output, Reply, Source},
 };
 
@@ -231,6 +231,14 @@ impl State {
                 self.data.effects.insert(number, outcome);
             }
             Some(plan::Kind::Weigh) => self.weighed(key, result),
+            Some(plan::Kind::Advise) => {
+                // Where it fails it is not asked for again: the camera stands without it.
+                let goal = self.doc.goal;
+                self.data.advice = Some(match result {
+                    Ok(Output::Advice(advice)) => (key, *advice),
+                    _ => (key, Advice::first(goal)),
+                });
+            }
             Some(plan::Kind::Compare) => {
                 let outcome = match result {
                     Ok(Output::Compared(comparison)) => Ok(*comparison),

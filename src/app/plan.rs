@@ -48,6 +48,8 @@ pub enum Kind {
     Compare,
     /// What each picture does to the camera.
     Weigh,
+    /// What to photograph next.
+    Advise,
 }
 
 impl Kind {
@@ -62,6 +64,7 @@ impl Kind {
             7 => Some(Self::Develop(FrameId(key.0 as u32))),
             8 => Some(Self::Compare),
             9 => Some(Self::Weigh),
+            10 => Some(Self::Advise),
             5 => Some(Self::Thumbnail(FrameId(key.0 as u32))),
             _ => None,
         }
@@ -79,6 +82,7 @@ impl Kind {
             Self::Develop(id) => (7, content << 32 | id.0 as u128),
             Self::Compare => (8, content),
             Self::Weigh => (9, content),
+            Self::Advise => (10, content),
         };
         Key((kind << 120) | (content & (u128::MAX >> 8)))
     }
@@ -169,6 +173,7 @@ impl State {
             key: Kind::Thumbnail(frame.id).key(u128::from(self.prints.borrow_mut().of(&frame.source))),
             job: Job::Thumbnail { source: frame.source.clone(), longest_px: THUMBNAIL_PX },
         }));
+        plan.then.extend(self.advising());
         plan.then.extend(self.weighing());
         plan.then.extend(self.comparison());
         if self.screen.lab == Some(lab::Part::Ablation) {
@@ -246,6 +251,22 @@ impl State {
             return None;
         }
         Some(Request { key: weigh_key(answer), job: Job::Weigh(Box::new(answer.evidence.clone())) })
+    }
+
+    /// Advice is for the camera shown, once it is complete and no other is wanted.
+    fn advising(&self) -> Option<Request> {
+        let (answer, _) = self.data.solved().filter(|(a, _)| a.complete)?;
+        if evidence_key(self) != Some(answer.key) {
+            return None;
+        }
+        let goal = self.doc.goal;
+        let mut hash = SipHasher13::new();
+        (answer.key.0, goal.to_string()).hash(&mut hash);
+        let key = Kind::Advise.key(hash.finish128().into());
+        if self.data.advice.as_ref().is_some_and(|a| a.0 == key) {
+            return None;
+        }
+        Some(Request { key, job: Job::Advise(Box::new(answer.evidence.clone()), goal) })
     }
 
     /// Models are compared on what the camera shown was calibrated from, once that is complete.

@@ -30,6 +30,7 @@ pub fn page(report: &Report) -> String {
         tone(level),
         escape(&verdict)
     );
+    body += &tables::advice(report);
     body += &tables::warnings(report);
     if let Some(solution) = &report.solution {
         body += &section("Camera", &(tables::camera(solution) + &tables::certainty(report, solution)));

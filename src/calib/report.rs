@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Error, Result,
+    advice::Advice,
     calibrate::{self, Fix, Loss, Options, Precision, Weights},
     camera::{Camera, Model},
     detect::Refinement,
@@ -54,6 +55,9 @@ pub struct Report {
     /// Camera models side by side, where one was to be recommended.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub models: Option<calibrate::Comparison>,
+    /// What to photograph next, where that was asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub advice: Option<Advice>,
     /// Where the time went.
     pub timing_ms: Timing,
 }

@@ -4,7 +4,7 @@ use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
 
 use indicatif::ProgressBar;
 
-use super::print;
+use super::{frames, print};
 use crate::calib::{
     Result,
     experiment::{self, Experiment, claims::Verdict, table},
@@ -20,12 +20,18 @@ pub(super) struct Args {
     /// Also change one thing at a time: refinement, smoothing, solver, origin, number of views
     #[arg(long)]
     ablate: bool,
-    /// Folder for experiment.md, results.json and the figures; made where it does not exist
+    /// Instead: whether the advice on what to photograph next saves pictures
+    #[arg(long, conflicts_with = "ablate")]
+    advice: bool,
+    /// Folder for experiment.md, results.json and the figures, or for advice.md; made where it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    if args.advice {
+        return advice(args);
+    }
     // Before the work, so that a wrong path costs nothing.
     let figures = args.out.join(FIGURES);
     store::folder(&args.out)?;
@@ -43,6 +49,20 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     store::write(&args.out.join("experiment.md"), experiment::page::markdown(&found, FIGURES)?.as_bytes())?;
     store::write(&args.out.join("results.json"), found.json()?.as_bytes())?;
     print(&summary(&found)?)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn advice(args: &Args) -> Result<ExitCode> {
+    store::folder(&args.out)?;
+    let bar = frames::waiting("");
+    let pools = experiment::advice::study(&mut |what| {
+        bar.set_message(what.to_owned());
+        ControlFlow::Continue(())
+    })?;
+    bar.finish_and_clear();
+    let page = experiment::advice::page(&pools);
+    store::write(&args.out.join("advice.md"), page.as_bytes())?;
+    print(&page)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -12,7 +12,8 @@ use crate::calib::{
     report::{Report, Solution},
     uncertainty::Uncertainty,
 };
-use table::{Table, paragraph, sentence};
+use table::sentence;
+pub(super) use table::{Table, paragraph};
 
 /// The evidence of a calibration, or what is known where there is none.
 pub(super) fn evidence(report: &Report) -> String {
@@ -25,6 +26,7 @@ pub(super) fn evidence(report: &Report) -> String {
     }
     out += &models(report);
     out += &pictures::table(report);
+    out += &advice(report);
     out += &warnings(report);
     out.trim_start_matches('\n').to_owned()
 }
@@ -205,6 +207,12 @@ fn models(report: &Report) -> String {
     let head = "\nCamera models: RMS of the fit and in pictures left out of it, 1σ in the worst corner of the picture\n";
     let splined = comparison.splined.as_ref().map(|s| paragraph(" ", &s.words())).unwrap_or_default();
     format!("{head}{}{}{splined}", table.render(), paragraph(" ", &comparison.why))
+}
+
+/// What to photograph next.
+fn advice(report: &Report) -> String {
+    let Some(advice) = &report.advice else { return String::new() };
+    format!("\n{}", paragraph("Next", &format!("{} {}", advice.sentence, advice.promise)))
 }
 
 fn warnings(report: &Report) -> String {

@@ -11,6 +11,7 @@ use super::{
 };
 use crate::calib::{
     Error, Result,
+    advice::{Advice, Goal, advise},
     board::Design,
     calibrate::{
         self, CANDIDATES, COLUMNS, Comparison, Options, Problem, SplinedCandidate, calibrate,
@@ -188,6 +189,14 @@ pub fn with_influence(found: &mut Evidence, tick: &mut dyn FnMut(f32) -> Control
             (diagnose::verdict(&found.report), diagnose::findings(&found.report));
     }
     Ok(())
+}
+
+/// What to photograph next.
+pub fn advised(found: &Evidence, goal: Goal) -> Advice {
+    match (&found.calibration, found.report.settings.target()) {
+        (Some(calibration), Some(target)) => advise(calibration, &target, found.report.settings.unit, goal),
+        _ => Advice::first(goal),
+    }
 }
 
 /// Compares all usual camera models on what a case would be calibrated from.

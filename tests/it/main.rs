@@ -7,6 +7,7 @@
     reason = "helpers of tests may panic and print like tests"
 )]
 
+mod advice;
 mod boards;
 mod calibration;
 mod circles;

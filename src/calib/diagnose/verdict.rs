@@ -1,6 +1,6 @@
 //! The one sentence: whether the camera can be used, and where.
 
-use super::{Facts, Level, Verdict, facts};
+use super::{Facts, Level, UNSURE_FOCAL, Verdict, facts};
 use crate::calib::{
     number::{counted, significant},
     report::Solution,
@@ -8,8 +8,6 @@ use crate::calib::{
 
 /// Certainty beyond which a place is a guess, px.
 const GUESS_PX: f64 = 1.0;
-/// σ of the focal length beyond which nothing can be measured with the camera, as a share of it.
-const UNSURE_FOCAL: f64 = 0.01;
 /// Share of outliers beyond which the robust loss hides a misfit.
 const MANY_OUTLIERS: f64 = 0.05;
 /// Pictures below which nothing checks the camera.

@@ -43,6 +43,16 @@ pub(super) fn warnings(report: &Report) -> String {
     out + "</ul>\n"
 }
 
+/// What to photograph next.
+pub(super) fn advice(report: &Report) -> String {
+    let Some(advice) = &report.advice else { return String::new() };
+    format!(
+        "<p><b>Next:</b> {} <span class=\"muted\">{}</span></p>\n",
+        escape(&advice.sentence),
+        escape(&advice.promise)
+    )
+}
+
 /// Parameters with σ, and beside the truth where it is known.
 pub(super) fn camera(solution: &Solution) -> String {
     let known = !solution.truth.is_empty();

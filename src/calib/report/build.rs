@@ -34,6 +34,7 @@ impl Report {
             frames,
             warnings,
             models: None,
+            advice: None,
             timing_ms: Timing::default(),
         }
     }

@@ -6,9 +6,9 @@ use nalgebra::DMatrix;
 use serde::Deserialize;
 
 use super::{
-    Camera, ClosedForm, Comparison, Coverage, ErrorStats, Failure, FrameReport, GroupReport, Iteration,
-    Model, Named, Report, ResidualMap, Settings, Solution, Starts, Termination, Timing, Trends, Uncertainty,
-    Warning, calibrate, json, wire,
+    Advice, Camera, ClosedForm, Comparison, Coverage, ErrorStats, Failure, FrameReport, GroupReport,
+    Iteration, Model, Named, Report, ResidualMap, Settings, Solution, Starts, Termination, Timing, Trends,
+    Uncertainty, Warning, calibrate, json, wire,
 };
 
 #[derive(Deserialize)]
@@ -22,6 +22,7 @@ pub(super) struct Flat {
     #[serde(default)]
     warnings: Vec<Warning>,
     models: Option<calibrate::Comparison>,
+    advice: Option<Advice>,
     #[serde(default)]
     timing_ms: Timing,
 
@@ -72,6 +73,7 @@ impl TryFrom<Flat> for Report {
             frames: flat.frames,
             warnings: flat.warnings,
             models: flat.models,
+            advice: flat.advice,
             timing_ms: flat.timing_ms,
         })
     }

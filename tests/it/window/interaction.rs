@@ -373,3 +373,35 @@ fn a_slider_of_the_lab_is_one_step_of_undo() {
     assert_eq!(noise(&window), 0.0);
     assert!(window.state().state.data.solved().unwrap().1.rms_px < 0.005);
 }
+
+#[test]
+fn the_next_picture_is_asked_for_until_the_goal_is_reached() {
+    let folder = tempfile::tempdir().unwrap();
+    pictures(folder.path(), 0..4);
+    let mut window = window(SIZE, Theme::Dark);
+    opened(&mut window, vec![folder.path().to_owned()]);
+    let advice = |window: &_| state(window).data.advice.clone().unwrap().1;
+    let first = advice(&window);
+    assert_eq!(first.state, straightedge::calib::advice::State::Next);
+    assert!(says(&window, "What to photograph next") && says(&window, &first.sentence));
+    click(&mut window, "Show the pose");
+    assert_eq!(state(&window).screen.center, Tile::Coverage);
+    assert!(says(&window, &format!("Next picture. {}", first.sentence)));
+    // A goal that is reached asks for nothing more; nonsense is told.
+    for (typed, says_so) in [("enough", "is not a goal"), ("1000px, centre", "No more pictures are needed.")]
+    {
+        window.get_by_label("Goal").focus();
+        window.run_ok();
+        window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        window.get_by_label("Goal").type_text(typed);
+        window.run_ok();
+        window.key_press(Key::Enter);
+        settle(&mut window);
+        assert!(says(&window, says_so), "{typed}");
+    }
+    assert!(!says(&window, "What to photograph next"));
+    assert_eq!(state(&window).doc.goal.to_string(), "1000px,centre");
+    click(&mut window, "Undo");
+    settle(&mut window);
+    assert_eq!(advice(&window).sentence, first.sentence);
+}

@@ -10,7 +10,7 @@ use straightedge::{
         App,
         action::{Action, demo},
         lab::Part,
-        panels::PANELS,
+        panels::{PANELS, Tile},
         screen::{Dialog, ExportPart, Screen},
         state::Frame,
     },
@@ -117,6 +117,19 @@ fn nothing_can_be_read() {
     settle(&mut window);
     window.state_mut().state.data.took_ms = None;
     picture(&mut window, "nothing_found_dark");
+}
+
+/// Few pictures: what to photograph next is in the answer, and the board as it should be held in the centre.
+#[test]
+fn the_next_picture() {
+    let mut window = window(SIZE, Theme::Dark);
+    window.state_mut().act(Action::Open(demo()[..4].to_vec()));
+    settle(&mut window);
+    let coverage = Tile::Coverage.index();
+    let mut screen = Screen { center: Tile::Coverage, ..Screen::default() };
+    screen.pages[coverage] = PANELS[coverage].pages.iter().position(|p| p.name == "Next picture").unwrap();
+    show(&mut window, screen);
+    picture(&mut window, "next_picture_dark");
 }
 
 /// The demo's pictures over and over, as if they were different ones.
