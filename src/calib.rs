@@ -6,6 +6,8 @@
 pub use engine::*;
 
 pub mod board;
+pub mod check;
+pub mod compare;
 pub mod diagnose;
 pub mod experiment;
 pub mod figure;

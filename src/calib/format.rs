@@ -33,6 +33,8 @@ use nalgebra::DMatrix;
 use super::{
     Error, Result,
     camera::{Camera, refit::grid},
+    compare::date,
+    html::embedded,
     lens::Lens,
     observation::Corner,
     pose::Pose,
@@ -150,6 +152,7 @@ impl From<&Report> for Evidence {
         Self {
             make: group.and_then(|g| g.make.clone()),
             camera_model: group.and_then(|g| g.model.clone()),
+            date: report.taken().and_then(date::days).map(date::iso),
             board: settings.board,
             square: Some(settings.square),
             unit: Some(settings.unit),
@@ -159,6 +162,25 @@ impl From<&Report> for Evidence {
             frames: report.included().map(frame).collect(),
             ..Self::default()
         }
+    }
+}
+
+impl Evidence {
+    /// The covariance over all parameters of the camera in the model's order, zero where fixed; `None` where it is not known.
+    pub fn covariance_of_all(&self, camera: &Camera) -> Option<DMatrix<f64>> {
+        let n = camera.params.len();
+        let small = self.covariance.as_ref()?;
+        let free = &self.free;
+        if small.nrows() != free.len() || small.ncols() != free.len() || free.iter().any(|i| *i >= n) {
+            return None;
+        }
+        let mut full = DMatrix::zeros(n, n);
+        for (a, i) in free.iter().enumerate() {
+            for (b, j) in free.iter().enumerate() {
+                full[(*i, *j)] = small[(a, b)];
+            }
+        }
+        Some(full)
     }
 }
 
@@ -288,6 +310,8 @@ pub fn read(text: &str, file: &str) -> Result<CameraFile> {
         return Err(Error::format(file, "larger than 512 MB: this is not a camera file"));
     }
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    // A page of ours is its report.
+    let text = embedded(text).unwrap_or(text);
     if text.trim().is_empty() {
         return Err(Error::format(file, "the file is empty: export the camera again"));
     }

@@ -5,10 +5,12 @@
 
 mod build;
 mod corner_file;
+mod problem;
 mod read;
 mod wire;
 
 pub use corner_file::{CornerFile, CornerFrame};
+pub use problem::SET_ASIDE_BY_HAND;
 
 use nalgebra::{DMatrix, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -82,6 +84,12 @@ pub struct Settings {
     pub fixed: Vec<Fix>,
     /// Camera file that the refinement started from.
     pub start: Option<String>,
+    /// That camera: with it the solution can be repeated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start_camera: Option<Camera>,
+    /// Focal length that the pictures' metadata suggested as one more start, px.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub focal_hint_px: Option<f64>,
     /// Corner file that was read instead of pictures.
     pub corners: Option<String>,
     /// File with the true camera.
@@ -125,6 +133,8 @@ impl Default for Settings {
             model: Model::Brown5,
             fixed: options.fixed,
             start: None,
+            start_camera: None,
+            focal_hint_px: None,
             corners: None,
             truth: None,
             loss: options.loss,
@@ -318,6 +328,9 @@ pub struct FrameReport {
     /// Whether the order of its corners is a choice between several that look alike.
     #[serde(default)]
     pub order_is_a_choice: bool,
+    /// When it was taken, as its file says (EXIF): `2026:05:01 12:00:00`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub taken: Option<String>,
     /// What reading it told: wrong extension, first frame of an animation, …
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
@@ -360,6 +373,7 @@ impl FrameReport {
             included: false,
             copy_of: None,
             order_is_a_choice: false,
+            taken: None,
             notes: Vec::new(),
             corners: Vec::new(),
             residuals_px: Vec::new(),
@@ -441,6 +455,11 @@ impl Report {
     /// Places of all used corners, px.
     pub fn corners_px(&self) -> Vec<Vector2<f64>> {
         self.included().flat_map(|f| f.corners.iter().map(|c| c.px)).collect()
+    }
+
+    /// When the first of the used pictures was taken, as their files say.
+    pub fn taken(&self) -> Option<&str> {
+        self.included().filter_map(|f| f.taken.as_deref()).min()
     }
 
     /// Frames that the calibration used.

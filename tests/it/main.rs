@@ -9,9 +9,11 @@
 
 mod boards;
 mod calibration;
+mod check;
 mod circles;
 mod cli;
 mod cli_tools;
+mod compare;
 mod detection;
 mod experiment;
 mod fisheyes;
