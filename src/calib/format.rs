@@ -133,6 +133,8 @@ pub struct Evidence {
     pub free: Vec<usize>,
     /// What is seen beyond the camera, as a displacement over the picture.
     pub residual: Option<Field>,
+    /// The part of the picture that corners support, as a polygon, px.
+    pub safe: Option<Vec<[f64; 2]>>,
     /// The pictures.
     pub frames: Vec<Frame>,
 }
@@ -159,6 +161,7 @@ impl From<&Report> for Evidence {
             rms_px: solution.map(|s| s.rms_px),
             sigma: solution.map(|s| s.sigma.iter().map(|(_, v)| *v).collect()).unwrap_or_default(),
             residual: solution.and_then(|s| s.residual_map.as_ref()?.field.clone()),
+            safe: solution.and_then(|s| Some(s.safe_region.as_ref()?.polygon_px.clone())),
             frames: report.included().map(frame).collect(),
             ..Self::default()
         }

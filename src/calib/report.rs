@@ -27,6 +27,7 @@ use super::{
     observation::Corner,
     pose::Pose,
     residual::ResidualMap,
+    safe::SafeRegion,
     solution::{ClosedForm, Iteration, Starts, Termination, Warning},
     stats::{Comparison, Coverage, ErrorStats, Trend},
     target::{BoardSize, Target, Unit},
@@ -233,6 +234,9 @@ pub struct Solution {
     pub coverage: Coverage,
     /// How sure the projection is, 1 σ in px at the boards' distance.
     pub uncertainty: Uncertainty,
+    /// The part of the picture that corners and certainty support; absent in files of older versions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub safe_region: Option<SafeRegion>,
     /// Whether errors depend on how the board stood; none where there are too few pictures.
     pub trends: Trends,
     /// What the model leaves as a displacement over the picture, and whether that is worth having; only where it was asked for.

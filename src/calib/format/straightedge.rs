@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, Vector2, Vector3};
 
 use super::{
     Content, Draft, Evidence, Export, Format, Frame,
-    node::{Node, size_px},
-    number::{joined, number},
+    node::{Node, polygon, size_px},
+    number::{joined, number, points},
     residual,
 };
 use crate::calib::{
@@ -87,6 +87,9 @@ fn write(export: &Export<'_>) -> Result<Draft> {
             field("covariance", format!("[\n    {}\n  ]", rows.join(",\n    ")));
         }
     }
+    if let Some(polygon) = &evidence.safe {
+        field("safe_region", format!("{{\"polygon_px\": [{}]}}", points(polygon)));
+    }
     if let Some(residual_field) = &evidence.residual {
         field("residual_map", residual::written(residual_field));
     }
@@ -160,6 +163,9 @@ fn read(text: &str) -> Result<Content> {
             .iter()
             .map(|p| sigma.find(p.name).map(|v| v.number(p.name)).transpose())
             .collect::<Result<_>>()?;
+    }
+    if let Some(region) = root.find("safe_region") {
+        evidence.safe = Some(polygon(region.get("polygon_px")?, "safe_region")?);
     }
     if let Some(map) = root.find("residual_map") {
         evidence.residual = residual::read(map)?;

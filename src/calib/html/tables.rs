@@ -109,6 +109,9 @@ pub(super) fn certainty(report: &Report, solution: &Solution) -> String {
             ))
         ),
     )];
+    if let Some(region) = &solution.safe_region {
+        rows.push(("Safe region", region.words()));
+    }
     if let Some(map) = &solution.residual_map {
         rows.push(("Residual map", map.to_string()));
     }

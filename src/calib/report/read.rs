@@ -7,8 +7,8 @@ use serde::Deserialize;
 
 use super::{
     Camera, ClosedForm, Comparison, Coverage, ErrorStats, Failure, FrameReport, GroupReport, Iteration,
-    Model, Named, Report, ResidualMap, Settings, Solution, Starts, Termination, Timing, Trends, Uncertainty,
-    Warning, calibrate, json, wire,
+    Model, Named, Report, ResidualMap, SafeRegion, Settings, Solution, Starts, Termination, Timing, Trends,
+    Uncertainty, Warning, calibrate, json, wire,
 };
 
 #[derive(Deserialize)]
@@ -44,6 +44,7 @@ pub(super) struct Flat {
     stats: Option<ErrorStats>,
     coverage: Option<Coverage>,
     uncertainty: Option<Uncertainty>,
+    safe_region: Option<SafeRegion>,
     trends: Option<Trends>,
     residual_map: Option<ResidualMap>,
     #[serde(default, with = "wire::by_name")]
@@ -104,6 +105,7 @@ impl Flat {
             stats: need!(self.stats),
             coverage: need!(self.coverage),
             uncertainty: need!(self.uncertainty),
+            safe_region: self.safe_region.take(),
             trends: need!(self.trends),
             residual_map: self.residual_map.take(),
             truth: std::mem::take(&mut self.truth),
