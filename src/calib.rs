@@ -7,6 +7,8 @@ pub use engine::*;
 
 pub mod advice;
 pub mod board;
+pub mod check;
+pub mod compare;
 pub mod diagnose;
 pub mod experiment;
 pub mod figure;
@@ -14,6 +16,7 @@ pub mod format;
 pub mod html;
 pub mod npy;
 pub mod report;
+pub mod safe;
 pub mod stmap;
 pub mod survey;
 pub mod twin;

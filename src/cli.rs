@@ -6,6 +6,8 @@
 mod args;
 mod board;
 mod calibrate;
+mod check;
+mod compare;
 mod convert;
 mod detect;
 mod experiment;
@@ -19,6 +21,8 @@ mod synth;
 mod text;
 mod twin;
 mod undistort;
+mod validate;
+mod watch;
 
 use std::{path::PathBuf, process::ExitCode};
 
@@ -51,6 +55,10 @@ enum Command {
     Board(board::Args),
     Stmap(stmap::Args),
     Twin(twin::Args),
+    Check(check::Args),
+    Compare(compare::Args),
+    Validate(validate::Args),
+    Watch(watch::Args),
 }
 
 /// Ran, but there is no calibration.
@@ -74,6 +82,10 @@ pub fn main(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>) -> Exit
         Some(Command::Board(args)) => board::run(&args),
         Some(Command::Stmap(args)) => stmap::run(&args),
         Some(Command::Twin(args)) => twin::run(&args),
+        Some(Command::Check(args)) => check::run(&args),
+        Some(Command::Compare(args)) => compare::run(&args),
+        Some(Command::Validate(args)) => validate::run(&args),
+        Some(Command::Watch(args)) => watch::run(&args),
     };
     ran.unwrap_or_else(|error| fail(&error))
 }
@@ -95,7 +107,7 @@ fn open(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>, paths: Vec<
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
             say(&format!(
-                "no window: {why}. Without one: straightedge calibrate | detect | undistort | convert | pose | synth | experiment | board | stmap | twin (--help)"
+                "no window: {why}. Without one: straightedge calibrate | detect | undistort | convert | pose | synth | experiment | board | stmap | check | compare | validate | watch | twin (--help)"
             ));
             ExitCode::from(NO_RESULT)
         }

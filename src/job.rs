@@ -11,6 +11,7 @@ mod other;
 pub mod photo;
 pub mod raster;
 pub mod store;
+pub mod validate;
 
 use std::{
     any::Any,

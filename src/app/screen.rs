@@ -1,9 +1,11 @@
 //! What is on the screen: not saved with a session, not undone.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::{lab::Part, panels::Tile, state::Notice};
-use crate::calib::observation::FrameId;
+use crate::calib::{compare::Side, observation::FrameId};
 
 /// What is drawn over a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -141,6 +143,15 @@ pub enum Dialog {
     Board,
 }
 
+/// A calibration that was opened to be compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Beside {
+    /// Name of its file.
+    pub name: String,
+    /// The calibration.
+    pub side: Side,
+}
+
 /// Everything that is shown and not saved with a session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Screen {
@@ -182,6 +193,8 @@ pub struct Screen {
     pub unlocked: bool,
     /// The open page of the lab.
     pub lab: Option<Part>,
+    /// A calibration beside the one found.
+    pub beside: Option<Arc<Beside>>,
     /// What stands over the window.
     pub dialog: Option<Dialog>,
     /// What is to be told.
@@ -210,6 +223,7 @@ impl Default for Screen {
             comparing: false,
             unlocked: false,
             lab: None,
+            beside: None,
             dialog: None,
             notice: None,
         }

@@ -122,6 +122,9 @@ fn certainty(report: &Report, solution: &Solution) -> String {
             100.0 * c.cells_fraction
         ),
     ]);
+    if let Some(region) = &solution.safe_region {
+        table.row(["Safe region".to_owned(), region.words()]);
+    }
     if let Some(map) = &solution.residual_map {
         table.row(["Residual map".to_owned(), map.to_string()]);
     }

@@ -10,9 +10,11 @@
 mod advice;
 mod boards;
 mod calibration;
+mod check;
 mod circles;
 mod cli;
 mod cli_tools;
+mod compare;
 mod detection;
 mod experiment;
 mod fisheyes;

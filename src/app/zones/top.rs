@@ -84,6 +84,9 @@ pub(super) fn open_menu(cx: &mut Cx<'_>, ui: &mut Ui) {
     if ui.button("Add pictures…").clicked() {
         cx.ask(Command::PickPictures);
     }
+    if !cx.state.doc.frames.is_empty() && ui.button("Compare with a camera file…").clicked() {
+        cx.ask(Command::PickCamera);
+    }
     if ui.button("Open session…").clicked() {
         cx.ask(Command::OpenSession);
     }

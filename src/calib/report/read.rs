@@ -7,8 +7,8 @@ use serde::Deserialize;
 
 use super::{
     Advice, Camera, ClosedForm, Comparison, Coverage, ErrorStats, Failure, FrameReport, GroupReport,
-    Iteration, Model, Named, Report, ResidualMap, Settings, Solution, Starts, Termination, Timing, Trends,
-    Uncertainty, Warning, calibrate, json, wire,
+    Iteration, Model, Named, Report, ResidualMap, SafeRegion, Settings, Solution, Starts, Termination,
+    Timing, Trends, Uncertainty, Warning, calibrate, json, wire,
 };
 
 #[derive(Deserialize)]
@@ -46,6 +46,7 @@ pub(super) struct Flat {
     coverage: Option<Coverage>,
     uncertainty: Option<Uncertainty>,
     uncertainty_far: Option<Uncertainty>,
+    safe_region: Option<SafeRegion>,
     trends: Option<Trends>,
     residual_map: Option<ResidualMap>,
     #[serde(default, with = "wire::by_name")]
@@ -108,6 +109,7 @@ impl Flat {
             coverage: need!(self.coverage),
             uncertainty: need!(self.uncertainty),
             uncertainty_far: self.uncertainty_far.take(),
+            safe_region: self.safe_region.take(),
             trends: need!(self.trends),
             residual_map: self.residual_map.take(),
             truth: std::mem::take(&mut self.truth),

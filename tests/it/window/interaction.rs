@@ -8,6 +8,8 @@ use straightedge::{
     calib::{
         camera::Model,
         diagnose::Level,
+        format::{self, Evidence, Export},
+        html,
         synth::{self, Method, Scene},
     },
 };
@@ -404,4 +406,48 @@ fn the_next_picture_is_asked_for_until_the_goal_is_reached() {
     click(&mut window, "Undo");
     settle(&mut window);
     assert_eq!(advice(&window).sentence, first.sentence);
+}
+
+#[test]
+fn a_dropped_camera_file_is_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    let report = window.state().state.data.answer.as_ref().unwrap().report().clone();
+    let mut zoomed = report.solution.as_ref().unwrap().camera.clone();
+    zoomed.params[..2].iter_mut().for_each(|f| *f *= 1.01);
+    let export = Export { camera: &zoomed, evidence: &Evidence::default(), report: None };
+    let yaml = format::write(format::by_name("opencv").unwrap(), &export).unwrap().text;
+    let mut drop = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        window.state_mut().state.screen.beside = None;
+        drop_on(&mut window, path);
+        until(&mut window, |app| app.state.screen.beside.is_some() || app.state.screen.notice.is_some());
+        settle(&mut window);
+        [
+            "They differ",
+            "Within what chance explains",
+            "no camera file format",
+            "straightedge convert --scale",
+        ]
+        .into_iter()
+        .filter(|words| says(&window, words))
+        .collect::<Vec<_>>()
+    };
+    assert_eq!(drop("zoomed.yaml", &yaml), ["They differ"]);
+    assert_eq!(drop("report.html", &html::page(&report)), ["Within what chance explains"]);
+    assert_eq!(
+        drop(
+            "other.yaml",
+            &yaml
+                .replace("image_width: 800", "image_width: 400")
+                .replace("image_height: 600", "image_height: 300")
+        ),
+        ["straightedge convert --scale"]
+    );
+    assert_eq!(drop("notes.txt", "no camera"), ["no camera file format"]);
+    click(&mut window, "Dismiss");
+    // The pictures are still open.
+    assert_eq!(window.state().state.doc.frames.len(), 15);
+    assert!(says(&window, "Is it still the same camera?") && says(&window, "Open a camera file…"));
 }

@@ -11,10 +11,11 @@ use straightedge::{
         action::{Action, demo},
         lab::Part,
         panels::{PANELS, Tile},
-        screen::{Dialog, ExportPart, Screen},
+        screen::{Beside, Dialog, ExportPart, Screen},
         state::Frame,
     },
     calib::{
+        compare::Side,
         experiment::ablate::{Numbers, TRIALS},
         observation::FrameId,
     },
@@ -42,6 +43,12 @@ fn show(window: &mut Harness<'_, App>, screen: Screen) {
 
 fn every_page(theme: Theme) {
     let mut window = demonstrated(SIZE, theme);
+    let solution = window.state().state.data.solved().unwrap().1.clone();
+    let mut camera = solution.camera;
+    camera.params[0] += 0.2;
+    camera.params[4] += 0.002;
+    let side = Side { camera, covariance: Some(solution.covariance) };
+    let earlier = Beside { name: "last_may.json".to_owned(), side };
     for panel in &PANELS {
         for (i, page) in panel.pages.iter().enumerate() {
             let mut screen = Screen { center: panel.tile, ..Screen::default() };
@@ -63,6 +70,9 @@ fn every_page(theme: Theme) {
         picture(&mut window, &name(theme, what));
     };
     shoot(Screen { sheet: true, ..Screen::default() }, "sheet");
+    let mut lens = Screen { center: Tile::Lens, beside: Some(Arc::new(earlier)), ..Screen::default() };
+    lens.pages[Tile::Lens.index()] = PANELS[Tile::Lens.index()].pages.len() - 1;
+    shoot(lens, "compared");
     shoot(Screen { more: true, ..Screen::default() }, "more");
     let export = |part| Dialog::Export { part, format: 0 };
     for (dialog, what) in [
