@@ -257,6 +257,13 @@ pub struct Solution {
     pub truth_corners: Option<ErrorStats>,
 }
 
+impl Solution {
+    /// The border of the safe region, px; empty where it is not known.
+    pub fn safe_px(&self) -> &[[f64; 2]] {
+        self.safe_region.as_ref().map_or(&[], |region| &region.polygon_px)
+    }
+}
+
 /// Straight-line trends of the pictures' RMS, px.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Trends {

@@ -2,7 +2,7 @@
 //!
 //! A pixel is **unsafe** where the model has no ray for it, where 1σ of the projection (at the boards' distance) is above a thousandth
 //! of the picture's diagonal, or where no corner lies within a tenth of the diagonal: there the model extrapolates, whatever its σ says.
-//! The rest is bounded by a polygon ([`outline`]), as other programs keep it (mrcal's `valid_intrinsics_region`).
+//! The rest is bounded by a polygon, as other programs keep it (mrcal's `valid_intrinsics_region`).
 
 mod outline;
 mod shown;
@@ -49,8 +49,10 @@ impl SafeRegion {
                 return 1.0;
             }
             let uncertain = sigma_log(uncertainty, px, [w, h]) - limit_px.ln();
-            let nearest = corners_px.iter().map(|c| (c - px).norm_squared()).fold(f64::INFINITY, f64::min);
-            uncertain.max(nearest.sqrt() / far_px - 1.0).clamp(-1.0, 1.0)
+            if uncertain >= 1.0 {
+                return 1.0;
+            }
+            uncertain.max(nearest(corners_px, px, 0.5 * far_px) / far_px - 1.0).clamp(-1.0, 1.0)
         };
         let polygon_px = outline::of([w, h], CELLS, beyond);
         let fraction = (area(&polygon_px).abs() / (w * h)).min(1.0);
@@ -110,6 +112,18 @@ pub fn clipped(polygon: &[[f64; 2]], size_px: [u32; 2]) -> Vec<[f64; 2]> {
 fn area(polygon: &[[f64; 2]]) -> f64 {
     let next = |k: usize| polygon[(k + 1) % polygon.len()];
     0.5 * polygon.iter().enumerate().map(|(k, [x, y])| x * next(k)[1] - next(k)[0] * y).sum::<f64>()
+}
+
+/// Distance of the nearest corner, px, or of one that is near enough: then the others need not be looked at.
+fn nearest(corners_px: &[Vector2<f64>], px: &Vector2<f64>, enough: f64) -> f64 {
+    let mut least = f64::INFINITY;
+    for corner in corners_px {
+        least = least.min((corner - px).norm_squared());
+        if least <= enough * enough {
+            break;
+        }
+    }
+    least.sqrt()
 }
 
 /// ln σ at a pixel, linear between the middles of the cells and beyond them; very large where one of them has no σ.

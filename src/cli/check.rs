@@ -105,7 +105,7 @@ fn words(name: &str, check: &Check) -> String {
         let _ = writeln!(out, "  pictures used by one of the two only: {}", check.used_by_one.join(", "));
     }
     if check.page_as_written == Some(false) {
-        out += "  the words of the page are not those that its numbers give: it was changed after it was written\n";
+        out += "  the words of the page are not those that its numbers give: it was changed after it was written, or by another build of this version\n";
     }
     let largest = check.worst().map_or(0.0, |w| w.relative);
     if check.agrees {

@@ -137,7 +137,7 @@ pub(super) fn beyond_safe(
     view: &View,
 ) -> Result<()> {
     let Some(polygon) = safe else { return Ok(()) };
-    let share = Shown::new(lens, view, polygon).unsafe_fraction();
+    let share = Shown::new(lens, view, polygon, 64).unsafe_fraction();
     if share < 0.005 {
         return Ok(());
     }

@@ -144,9 +144,6 @@ fn the_safe_region_is_kept() {
         let cropped = file.cropped([100, 50, 200, 300]).unwrap().evidence.safe.unwrap();
         assert!(cropped.iter().all(|[x, y]| (-0.5..=199.5).contains(x) && (-0.5..=299.5).contains(y)));
     }
-    for text in [
-        "{ 'lensmodel': 'LENSMODEL_PINHOLE', 'intrinsics': [1,1,1,1], 'imagersize': [9,9], 'valid_intrinsics_region': [[1,2],[3]] }",
-    ] {
-        assert!(read(text, "a.cameramodel").unwrap_err().to_string().contains("must hold points"));
-    }
+    let text = "{ 'lensmodel': 'LENSMODEL_PINHOLE', 'intrinsics': [1,1,1,1], 'imagersize': [9,9], 'valid_intrinsics_region': [[1,2],[3]] }";
+    assert!(read(text, "a.cameramodel").unwrap_err().to_string().contains("must hold points"));
 }

@@ -28,7 +28,9 @@ pub(super) const FIGURES: &[Figure] = &[
     },
     Figure {
         name: "corners",
-        draw: |report, solution| coverage_points(&report.corners_px(), solution.camera.size_px),
+        draw: |report, solution| {
+            coverage_points(&report.corners_px(), solution.camera.size_px, solution.safe_px())
+        },
     },
     Figure {
         name: "density",

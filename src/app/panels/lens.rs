@@ -130,9 +130,10 @@ fn alpha(cx: &mut Cx<'_>, ui: &mut Ui) {
         let help = "How much of the straightened picture is kept: crop shows only valid pixels, keep all shows every pixel of the photograph. It stops where no corner supports what is shown; drag once more to go on";
         let response = ui.add(slider).labelled_by(name.id).on_hover_text(help);
         let begins = begins(ui, &response);
-        let stop = stop(cx, ui, begins);
-        if response.changed() {
-            cx.drag(begins, |d| d.alpha = value.min(stop));
+        let value = value.min(stop(cx, ui, &response));
+        // Held at the stop, the slider is off its place in every frame: that is no change.
+        if response.changed() && value != cx.state.doc.alpha {
+            cx.drag(begins, |d| d.alpha = value);
         }
         ui.label(text("keep all", font::regular(font::SMALL), t.text2));
         ui.label(text(format!("{:.2}", cx.state.doc.alpha), font::medium(font::SMALL), t.ink));
@@ -140,10 +141,11 @@ fn alpha(cx: &mut Cx<'_>, ui: &mut Ui) {
 }
 
 /// Where α stops: at the largest that shows only what corners support, unless the drag begins there or beyond.
-fn stop(cx: &Cx<'_>, ui: &Ui, begins: bool) -> f64 {
+fn stop(cx: &Cx<'_>, ui: &Ui, response: &egui::Response) -> f64 {
     let Some(most) = safe::of(cx, ui).and_then(|s| s.alpha) else { return 1.0 };
     let id = egui::Id::unique("alpha goes on");
-    if begins {
+    let by_keys = response.changed() && response.interact_pointer_pos().is_none();
+    if response.drag_started() || by_keys {
         ui.data_mut(|d| d.insert_temp(id, cx.state.doc.alpha >= most));
     }
     if ui.data(|d| d.get_temp(id)).unwrap_or(false) { 1.0 } else { most }

@@ -107,8 +107,7 @@ impl Series {
                 significant(c.limit_px, 2)
             ),
             (Verdict::WithinChance, Some(c)) if out == 0 => format!(
-                "Steady: all {} agree with the first, the last to {} px; chance makes up to {}.",
-                self.entries.len() - 1,
+                "Steady: the others agree with the first, the last to {} px; chance makes up to {}.",
                 significant(c.moved_px, 2),
                 significant(c.limit_px, 2)
             ),

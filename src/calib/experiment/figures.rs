@@ -148,7 +148,7 @@ fn overlays(run: &Run, times: f64) -> Panel {
 
 fn coverage(run: &Run) -> Panel {
     let (points, size) = (run.points_px(), run.setup.scene.camera.size_px);
-    Panel::beside(&[figure::coverage_points(&points, size), figure::coverage_density(&points, size, 20)])
+    Panel::beside(&[figure::coverage_points(&points, size, &[]), figure::coverage_density(&points, size, 20)])
 }
 
 fn undistorted(run: &Run) -> Result<Panel> {

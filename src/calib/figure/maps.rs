@@ -43,12 +43,17 @@ impl Scale {
     }
 }
 
-/// Places of corners in the picture, with the range they span.
-pub fn coverage_points(points_px: &[Vector2<f64>], size_px: [u32; 2]) -> Panel {
+/// Places of corners in the picture, with the range they span and the border of a region where there is one.
+pub fn coverage_points(points_px: &[Vector2<f64>], size_px: [u32; 2], region_px: &[[f64; 2]]) -> Panel {
     let (mut p, axes) = picture_axes(&format!("{} corners", points_px.len()), size_px, 0.0);
     for v in points_px {
         let at = axes.at(v.x, v.y);
         p.circle(at, 2.0, &format!("fill=\"{}\" fill-opacity=\"0.6\"", color::BLUE));
+    }
+    let border: Vec<[f64; 2]> =
+        region_px.iter().chain(region_px.first()).map(|[x, y]| axes.at(*x, *y)).collect();
+    if !border.is_empty() {
+        p.path(&border, color::GREEN, 1.5);
     }
     let span = |k: usize| {
         let of = |f: fn(f64, f64) -> f64, start: f64| {

@@ -19,7 +19,10 @@ pub struct Point {
     pub good: bool,
 }
 
-/// Points with whiskers of 1σ, each over its band `[low, high]`.
+/// Half the width of a band, points of the page.
+const HALF: f64 = 9.0;
+
+/// Points with whiskers of 1σ, each over its band `[low, high]`; a band that is that of all goes from end to end.
 pub fn series(points: &[Point], bands: &[[f64; 2]], title: &str, x_name: &str, y_name: &str) -> Panel {
     let range = |values: &mut dyn Iterator<Item = f64>| {
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
@@ -31,9 +34,11 @@ pub fn series(points: &[Point], bands: &[[f64; 2]], title: &str, x_name: &str, y
     let y = range(&mut whiskers.chain(bands.iter().flatten().copied()));
     let names = Names { title, x: x_name, y: y_name, x_ticks: true };
     let (mut p, axes) = Axes::draw(400.0, 300.0, x, y, names);
-    let half = 0.5 * axes.area[2] / points.len().max(1) as f64;
     let [left, _, width, _] = axes.area;
-    for (point, [low, high]) in points.iter().zip(bands) {
+    let common = bands.windows(2).all(|pair| pair[0] == pair[1]);
+    let drawn = if common { 1 } else { points.len() };
+    let half = if common { width } else { HALF };
+    for (point, [low, high]) in points.iter().zip(bands).take(drawn) {
         let ([at, top], [_, bottom]) = (axes.at(point.x, *high), axes.at(point.x, *low));
         let from = (at - half).max(left);
         let to = (at + half).min(left + width);

@@ -20,7 +20,7 @@ fn all(values: &[f64]) -> Vec<Panel> {
         histogram(values),
         cumulative(values, 0.7),
         error_versus(&[(1.0, 2.0, "3".into())], "t", "x", "y"),
-        coverage_points(&points, [64, 48]),
+        coverage_points(&points, [64, 48], &[[1.0, 1.0], [60.0, 2.0], [30.0, 40.0]]),
         coverage_density(&points, [64, 48], 10),
         map("t", "px", &grid, [64, 48], Scale::Diverging),
         map("t", "px", &grid, [64, 48], Scale::Logarithmic),

@@ -43,8 +43,8 @@ pub(super) fn coverage(report: &Report, solution: &Solution) -> String {
     let points = report.corners_px();
     row(&[
         figure(
-            &coverage_points(&points, size),
-            "Where corners were seen. What lies outside is extrapolated.",
+            &coverage_points(&points, size, solution.safe_px()),
+            "Where corners were seen, and the border of the safe region. What lies outside is extrapolated.",
         ),
         figure(&coverage_density(&points, size, 20), "Corners in each cell."),
         certainty(solution),

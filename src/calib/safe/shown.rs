@@ -1,6 +1,6 @@
 //! How much of a straightened picture lies beyond the safe region.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use super::contains;
 use crate::calib::{
@@ -9,10 +9,10 @@ use crate::calib::{
     undistort::{Framing, View},
 };
 
-/// Cells along the longer side of the straightened picture.
-const CELLS: usize = 48;
-/// Share of the shown pixels that may be unsafe: less than what the sampling can tell.
-const NOTHING: f64 = 1e-3;
+/// Steps along the longer side of the photograph with which α is sought.
+const LATTICE: f64 = 64.0;
+/// Halvings of α, to 1/64.
+const HALVINGS: usize = 6;
 
 /// What a straightened picture shows, in equal cells.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,10 +24,10 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// Looks up where the middles of the cells come from.
-    pub fn new(lens: &dyn Lens, view: &View, polygon: &[[f64; 2]]) -> Self {
+    /// Looks up where the middles of the cells come from, of which there are `cells` along the longer side.
+    pub fn new(lens: &dyn Lens, view: &View, polygon: &[[f64; 2]], cells: usize) -> Self {
         let [w, h] = view.size_px.map(f64::from);
-        let [columns, rows] = [w, h].map(|n| (CELLS as f64 * n / w.max(h)).round().max(1.0) as usize);
+        let [columns, rows] = [w, h].map(|n| (cells as f64 * n / w.max(h)).round().max(1.0) as usize);
         let [pw, ph] = lens.size_px().map(|n| f64::from(n) - 1.0);
         let fold = lens.fold_rad();
         let from = |u: f64, v: f64| -> Option<Vector2<f64>> {
@@ -52,12 +52,23 @@ impl Shown {
 
 /// The largest α with which a straightened picture shows nothing that is unsafe; `None` where even α = 0 does.
 ///
+/// Unsafe pixels of the photograph are looked for on a lattice from border to border, corners included.
+///
 /// # Errors
 /// As [`View::new`].
 pub fn widest_alpha(lens: &dyn Lens, framing: &Framing, polygon: &[[f64; 2]]) -> Result<Option<f64>> {
+    let [w, h] = lens.size_px().map(f64::from);
+    let steps = [w, h].map(|n| (LATTICE * n / w.max(h)).round().max(1.0));
+    let nodes = (0..=steps[1] as u32).flat_map(|j| (0..=steps[0] as u32).map(move |i| [i, j].map(f64::from)));
+    let places = nodes.map(|[i, j]| Vector2::new(i / steps[0] * (w - 1.0), j / steps[1] * (h - 1.0)));
+    // Just inside of its own border everything is safe that is so beside it.
+    let inwards = |px: &Vector2<f64>| px + (Vector2::new(w, h) * 0.5 - px) * 1e-6;
+    let rays: Vec<Vector3<f64>> =
+        places.filter(|px| !contains(polygon, &inwards(px))).filter_map(|px| lens.unproject(&px)).collect();
     let good = |alpha: f64| -> Result<bool> {
         let view = View::new(lens, &Framing { alpha, fov_rad: None, ..*framing })?;
-        Ok(Shown::new(lens, &view, polygon).unsafe_fraction() < NOTHING)
+        let shown = |px: Vector2<f64>| px.x > 0.0 && px.y > 0.0 && px.x < w - 1.0 && px.y < h - 1.0;
+        Ok(!rays.iter().filter_map(|ray| view.pixel(ray)).any(shown))
     };
     if !good(0.0)? {
         return Ok(None);
@@ -66,7 +77,7 @@ pub fn widest_alpha(lens: &dyn Lens, framing: &Framing, polygon: &[[f64; 2]]) ->
         return Ok(Some(1.0));
     }
     let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..7 {
+    for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         *(if good(middle)? { &mut low } else { &mut high }) = middle;
     }

@@ -89,7 +89,7 @@ fn a_polygon_is_cut_at_the_border() {
 fn alpha_ends_where_the_safe_region_does() {
     let lens = camera(-0.15, 0.02);
     let shown = |alpha: f64, polygon: &[[f64; 2]]| {
-        Shown::new(&lens, &View::new(&lens, &Framing::flat(alpha)).unwrap(), polygon).unsafe_fraction()
+        Shown::new(&lens, &View::new(&lens, &Framing::flat(alpha)).unwrap(), polygon, 48).unsafe_fraction()
     };
     let rectangle = |margin: f64| {
         let [r, b] = [639.5 - margin, 479.5 - margin];

@@ -1,16 +1,21 @@
 //! From a click to what it changes.
 
+use std::sync::Arc;
+
 use egui::{Key, Modifiers, Theme};
 use egui_kittest::kittest::Queryable as _;
 use straightedge::{
     app::action::Action,
     app::panels::Tile,
+    app::screen::Screen,
     calib::{
         camera::Model,
         diagnose::Level,
         format::{self, Evidence, Export},
         html,
+        safe::widest_alpha,
         synth::{self, Method, Scene},
+        undistort::Framing,
     },
 };
 
@@ -450,4 +455,42 @@ fn a_dropped_camera_file_is_compared() {
     // The pictures are still open.
     assert_eq!(window.state().state.doc.frames.len(), 15);
     assert!(says(&window, "Is it still the same camera?") && says(&window, "Open a camera file…"));
+}
+
+/// α stops where no corner supports what is shown; a second drag goes on.
+#[test]
+fn alpha_stops_at_the_safe_region() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    // Corners as if they had been everywhere but in the corners of the picture.
+    let mut answer = window.state().state.data.answer.as_deref().unwrap().clone();
+    let around = (0..90).map(|i| f64::from(i) / 90.0 * std::f64::consts::TAU);
+    let polygon: Vec<[f64; 2]> = around.map(|a| [399.5 + 480.0 * a.cos(), 299.5 + 480.0 * a.sin()]).collect();
+    let solution = answer.evidence.report.solution.as_mut().unwrap();
+    let most = widest_alpha(&solution.camera, &Framing::flat(0.0), &polygon).unwrap().unwrap();
+    assert!(most > 0.05 && most < 0.9, "{most}");
+    solution.safe_region.as_mut().unwrap().polygon_px = polygon;
+    window.state_mut().state.data.answer = Some(Arc::new(answer));
+    let mut doc = window.state().state.doc.clone();
+    doc.alpha = 0.0;
+    window.state_mut().act(Action::Edit(Box::new(doc)));
+    window.state_mut().act(Action::Show(Box::new(Screen { center: Tile::Lens, ..Screen::default() })));
+    settle(&mut window);
+    let mut drag = |from: f32, to: f32| {
+        let slider = window.get_by_role_and_label(egui::accesskit::Role::Slider, "α").rect();
+        let at = |share: f32| slider.left_center() + egui::vec2(share * slider.width(), 0.0);
+        window.drag_at(at(from));
+        window.step();
+        for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
+            window.hover_at(at(from + (to - from) * part));
+            window.step();
+        }
+        window.drop_at(at(to));
+        settle(&mut window);
+        window.state().state.doc.alpha
+    };
+    assert_eq!(drag(0.04, 0.97), most);
+    assert!(drag(most as f32, 0.97) > 0.9);
+    // Within the region it moves freely, and stops again.
+    assert!(drag(0.97, 0.04) < most);
+    assert_eq!(drag(0.04, 0.97), most);
 }

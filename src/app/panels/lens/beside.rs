@@ -62,25 +62,27 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     } else {
         crate::app::panels::part(ui, "words", all.with_min_y(all.center().y))
     };
+    words.horizontal(|ui| {
+        ui.label(text(&beside.name, font::semibold(font::SMALL), t.ink));
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            if button(ui, t, "", "Close", 24.0).clicked() {
+                cx.show(|s| s.beside = None);
+            }
+            if button(ui, t, "", "Another…", 24.0).clicked() {
+                cx.ask(Command::PickCamera);
+            }
+        });
+    });
     match &known.comparison {
         Ok(comparison) => {
             let right = if side > 0.0 { side + 16.0 } else { 0.0 };
             let bottom = if side > 0.0 { all.bottom() } else { all.center().y };
             let room = Rect::from_min_max(all.min, pos2(all.right() - right - 62.0, bottom - 26.0));
             map(cx, ui, room, &known, comparison);
-            figures(cx, &mut words, &beside, comparison);
+            figures(cx, &mut words, comparison);
         }
         Err(error) => drop(words.label(text(error.to_string(), font::regular(font::SMALL), t.bad))),
     }
-    words.add_space(10.0);
-    words.horizontal_wrapped(|ui| {
-        if button(ui, t, icon::FOLDER, "Another…", 24.0).clicked() {
-            cx.ask(Command::PickCamera);
-        }
-        if button(ui, t, "", "Close", 24.0).clicked() {
-            cx.show(|s| s.beside = None);
-        }
-    });
 }
 
 /// Before there is one.
@@ -139,21 +141,21 @@ fn map(cx: &mut Cx<'_>, ui: &Ui, room: Rect, known: &Known, comparison: &Compari
     );
 }
 
-fn figures(cx: &Cx<'_>, ui: &mut Ui, beside: &Beside, c: &Comparison) {
+fn figures(cx: &Cx<'_>, ui: &mut Ui, c: &Comparison) {
     let t = cx.t;
     let color = match c.verdict {
         Verdict::WithinChance => t.ok,
         Verdict::Differ => t.bad,
         Verdict::Unknown => t.warn,
     };
-    ui.label(text(&beside.name, font::semibold(font::SMALL), t.ink));
     ui.label(text(c.sentence(), font::regular(font::SMALL), color));
-    ui.add_space(8.0);
+    ui.add_space(6.0);
+    (ui.spacing_mut().interact_size.y, ui.spacing_mut().item_spacing.y) = (16.0, 3.0);
     let row = |ui: &mut Ui, name: &str, value: String| {
         ui.horizontal(|ui| {
             ui.label(text(name, font::regular(font::SMALL), t.text2));
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.label(text(value, font::medium(font::SMALL), t.ink));
+                ui.label(text(value.replace('-', "\u{2212}"), font::medium(font::SMALL), t.ink));
             });
         });
     };
@@ -164,7 +166,7 @@ fn figures(cx: &Cx<'_>, ui: &mut Ui, beside: &Beside, c: &Comparison) {
     ] {
         row(ui, name, format!("{} px", significant(figures.rms_px, 2)));
     }
-    ui.add_space(8.0);
+    ui.add_space(6.0);
     for p in &c.parameters {
         let value = match p.sigma[0].filter(|s| *s > 0.0) {
             Some(sigma) => with_sigma(p.values[0], sigma).join(" ± "),
