@@ -6,13 +6,12 @@ use nalgebra::Point3;
 use super::NOTHING;
 use crate::{
     app::{
-        action::Command,
         cx::Cx,
         files::tell_bad,
         maps,
         picture_view::Place,
         style::{font, icon},
-        widgets::{button, certainty, empty, field, fit_top_left, named, text},
+        widgets::{certainty, empty, field, fit_top_left, named, text},
     },
     calib::{
         advice::{Advice, Goal, Next},
@@ -144,8 +143,4 @@ fn words(cx: &mut Cx<'_>, ui: &mut Ui, advice: &Advice) {
     ));
     ui.add_space(4.0);
     ui.label(small(&advice.promise, t.ink));
-    ui.add_space(8.0);
-    if button(ui, t, "", "Add pictures…", 22.0).clicked() {
-        cx.ask(Command::PickPictures);
-    }
 }
