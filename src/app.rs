@@ -139,8 +139,12 @@ impl App {
             self.act(action);
         }
         while let Some(event) = self.pool.poll() {
-            if let Event::Done(reply) = event {
-                self.finished(reply);
+            match event {
+                Event::Done(reply) => self.finished(reply),
+                Event::Progress(key, share) if Kind::of(key) == Some(Kind::Twin) => {
+                    self.state.apply(Action::Progress(key, share.0));
+                }
+                Event::Progress(..) | Event::Stopped(_) => {}
             }
         }
         self.catch_up();

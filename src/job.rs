@@ -35,7 +35,9 @@ use crate::calib::{
         pipeline::Bench,
     },
     image::{Photo, Samples},
+    report::Report,
     synth::{self, Scene},
+    twin::{self, Outcome},
     undistort::{Framing, Interpolation, Rect, Straightener, largest_valid},
 };
 pub use other::Other;
@@ -103,6 +105,8 @@ pub enum Job {
     Weigh(Box<Evidence>),
     /// What to photograph next.
     Advise(Box<Evidence>, Goal),
+    /// Draw what this calibration is of so many times anew, and calibrate that.
+    Twin(Box<Report>, u32),
     /// Compare camera models on what would be calibrated.
     Compare(Box<Case>),
     /// Read a picture to be shown.
@@ -153,9 +157,12 @@ impl Job {
                 Source::View { .. } => None,
             },
             Self::Develop { path, .. } => Some(path),
-            Self::Evidence(_) | Self::Weigh(_) | Self::Advise(..) | Self::Compare(_) | Self::Ablate(_) => {
-                None
-            }
+            Self::Evidence(_)
+            | Self::Weigh(_)
+            | Self::Advise(..)
+            | Self::Twin(..)
+            | Self::Compare(_)
+            | Self::Ablate(_) => None,
         }
     }
 }
@@ -169,6 +176,8 @@ pub enum Output {
     Evidence(Box<Evidence>),
     /// Of [`Job::Advise`].
     Advice(Box<Advice>),
+    /// Of [`Job::Twin`].
+    Twin(Box<Outcome>),
     /// Of [`Job::Compare`].
     Compared(Box<Comparison>),
     /// Of [`Job::Look`] and [`Job::Thumbnail`].
@@ -259,6 +268,8 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
             Ok(Output::Evidence(found))
         }
         Job::Advise(found, goal) => Ok(Output::Advice(Box::new(evidence::advised(&found, goal)))),
+        Job::Twin(of, runs) => twin::run(&of, runs as usize, &mut |share| report(Progress(share)))
+            .map(|o| Output::Twin(Box::new(o))),
         Job::Compare(case) => evidence::compared(&case, &mut |share| report(Progress(share)))
             .map(|c| Output::Compared(Box::new(c))),
         Job::Look { source } => Ok(Output::Raster(Raster::of(source.read(Colours::Keep)?.photo))),

@@ -49,6 +49,8 @@ pub enum Action {
     Finished(Box<Reply>),
     /// A calibration was opened to be compared.
     Beside(Box<Beside>),
+    /// A job has done this share of its work.
+    Progress(Key, f32),
     /// Something to tell.
     Tell(Notice),
     /// Something that only the application itself can do: it has files and windows.
@@ -101,6 +103,7 @@ impl State {
             action,
             Action::Show(_)
                 | Action::Beside(_)
+                | Action::Progress(..)
                 | Action::Tell(_)
                 | Action::Do(_)
                 | Action::Stop
@@ -149,6 +152,7 @@ impl State {
                 self.screen.pages[tile.index()] =
                     pages.iter().position(|p| p.name == lens::COMPARE).unwrap_or(0);
             }
+            Action::Progress(key, share) => self.data.progress = Some((key, share)),
             Action::Tell(notice) => self.screen.notice = Some(notice),
             Action::Do(_) => {}
         }
@@ -256,6 +260,14 @@ impl State {
                     Ok(Output::Advice(advice)) => (key, *advice),
                     _ => (key, Advice::first(goal)),
                 });
+            }
+            Some(plan::Kind::Twin) => {
+                let outcome = match result {
+                    Ok(Output::Twin(outcome)) => Ok(*outcome),
+                    Ok(_) => return,
+                    Err(error) => Err(error.to_string()),
+                };
+                self.data.twin = Some((key, outcome));
             }
             Some(plan::Kind::Compare) => {
                 let outcome = match result {

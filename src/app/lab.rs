@@ -6,6 +6,7 @@
 mod ablation;
 mod scene;
 mod starts;
+mod twin;
 
 use egui::{Rect, Ui, pos2, vec2};
 
@@ -24,13 +25,16 @@ pub enum Part {
     Ablation,
     /// Whether other starts end at the same camera.
     Starts,
+    /// The capture drawn anew, with known truth.
+    Twin,
 }
 
 /// Pages: name, and what draws them.
-const PARTS: [(Part, &str, fn(&mut Cx<'_>, &mut Ui)); 3] = [
+const PARTS: [(Part, &str, fn(&mut Cx<'_>, &mut Ui)); 4] = [
     (Part::Scene, "Scene", scene::show),
     (Part::Ablation, "Ablation", ablation::show),
     (Part::Starts, "Several starts", starts::show),
+    (Part::Twin, "Twin", twin::show),
 ];
 
 /// Draws the window, where it is open.

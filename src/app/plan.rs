@@ -27,6 +27,9 @@ const THUMBNAIL_PX: u32 = 192;
 /// While pictures are read, a new calibration waits until there are this many times as many as in the last.
 const GROWTH: f64 = 1.3;
 
+/// How often a twin is drawn.
+const TWINS: u32 = 30;
+
 /// What a key stands for; it is the key's first byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -50,6 +53,8 @@ pub enum Kind {
     Weigh,
     /// What to photograph next.
     Advise,
+    /// The capture drawn anew.
+    Twin,
 }
 
 impl Kind {
@@ -65,6 +70,7 @@ impl Kind {
             8 => Some(Self::Compare),
             9 => Some(Self::Weigh),
             10 => Some(Self::Advise),
+            11 => Some(Self::Twin),
             5 => Some(Self::Thumbnail(FrameId(key.0 as u32))),
             _ => None,
         }
@@ -83,6 +89,7 @@ impl Kind {
             Self::Compare => (8, content),
             Self::Weigh => (9, content),
             Self::Advise => (10, content),
+            Self::Twin => (11, content),
         };
         Key((kind << 120) | (content & (u128::MAX >> 8)))
     }
@@ -176,6 +183,7 @@ impl State {
         plan.then.extend(self.advising());
         plan.then.extend(self.weighing());
         plan.then.extend(self.comparison());
+        plan.then.extend(self.twin());
         if self.screen.lab == Some(lab::Part::Ablation) {
             let missing = (0..TRIALS as u32).filter(|n| !self.data.effects.contains_key(n));
             plan.then.extend(missing.map(|n| Request { key: Kind::Effect(n).key(0), job: Job::Ablate(n) }));
@@ -269,6 +277,16 @@ impl State {
         Some(Request { key, job: Job::Advise(Box::new(answer.evidence.clone()), goal) })
     }
 
+    /// A twin is drawn of the camera that one was asked of, while it is shown.
+    fn twin(&self) -> Option<Request> {
+        let (answer, _) = self.data.solved().filter(|(a, _)| self.screen.twin == Some(a.key))?;
+        let key = twin_key(answer);
+        if self.data.twin.as_ref().is_some_and(|t| t.0 == key) {
+            return None;
+        }
+        Some(Request { key, job: Job::Twin(Box::new(answer.report().clone()), TWINS) })
+    }
+
     /// Models are compared on what the camera shown was calibrated from, once that is complete.
     fn comparison(&self) -> Option<Request> {
         let (answer, _) = self.data.solved().filter(|(a, _)| a.complete && self.screen.comparing)?;
@@ -326,6 +344,11 @@ fn content(state: &State, with_model: bool) -> Option<u128> {
         (1u8, id, index).hash(&mut hash);
     }
     any.then(|| hash.finish128().into())
+}
+
+/// What draws this answer anew.
+pub(super) const fn twin_key(answer: &Answer) -> Key {
+    Kind::Twin.key(answer.key.0)
 }
 
 /// What weighs this answer.

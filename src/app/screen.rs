@@ -5,7 +5,10 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::{lab::Part, panels::Tile, state::Notice};
-use crate::calib::{compare::Side, observation::FrameId};
+use crate::{
+    calib::{compare::Side, observation::FrameId},
+    job::Key,
+};
 
 /// What is drawn over a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -189,6 +192,8 @@ pub struct Screen {
     pub more: bool,
     /// Whether the camera models are compared in the background: once someone has looked at the lens.
     pub comparing: bool,
+    /// The answer of which a twin was asked for.
+    pub twin: Option<Key>,
     /// Whether the panels are where the user put them, instead of in the fixed zones.
     pub unlocked: bool,
     /// The open page of the lab.
@@ -221,6 +226,7 @@ impl Default for Screen {
             far: false,
             more: false,
             comparing: false,
+            twin: None,
             unlocked: false,
             lab: None,
             beside: None,

@@ -26,6 +26,7 @@ use crate::{
         report::{FrameReport, Report, Solution},
         synth::Scene,
         target::Length,
+        twin::Outcome,
         undistort::{Framing, Projection, Rect},
     },
     job::{Inspection, Key, Source, evidence::Evidence, raster::Raster},
@@ -252,6 +253,10 @@ pub struct Data {
     pub compared: Option<(Key, std::result::Result<Comparison, String>)>,
     /// What to photograph next, with what that was made from.
     pub advice: Option<(Key, Advice)>,
+    /// What the twin of a capture says, with what that was made from; or why there is none.
+    pub twin: Option<(Key, std::result::Result<Outcome, String>)>,
+    /// Share that is done of the job that says so.
+    pub progress: Option<(Key, f32)>,
     /// Whether the user stopped the reading of pictures.
     pub stopped: bool,
     /// Wall time from opening to the last answer, ms.

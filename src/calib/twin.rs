@@ -178,6 +178,21 @@ impl Twin {
     }
 }
 
+/// All of it in one go: `runs` times all pictures, then the camera of each run. `report` gets the share that is done, and may stop it.
+///
+/// # Errors
+/// Those of [`Twin::of`], [`Twin::seen`] and [`Twin::outcome`].
+pub fn run(of: &Report, runs: usize, report: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<Outcome> {
+    /// Share of the time that the pictures take.
+    const PICTURES: f32 = 0.9;
+    let twin = Twin::of(of)?;
+    let n = twin.pictures() as f32;
+    let seen: Result<Vec<Seen>> = (0..twin.pictures())
+        .map(|view| twin.seen(view, runs, &mut |part| report(PICTURES * (view as f32 + part) / n)))
+        .collect();
+    twin.outcome(&seen?, &mut |part| report(PICTURES + (1.0 - PICTURES) * part))
+}
+
 fn placed(frame: &FrameReport, pose: &Pose) -> ScenePose {
     ScenePose {
         angles_deg: pose.euler_deg(),

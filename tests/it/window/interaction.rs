@@ -5,9 +5,7 @@ use std::sync::Arc;
 use egui::{Key, Modifiers, Theme};
 use egui_kittest::kittest::Queryable as _;
 use straightedge::{
-    app::action::Action,
-    app::panels::Tile,
-    app::screen::Screen,
+    app::{action::Action, lab::Part, panels::Tile, screen::Screen},
     calib::{
         camera::Model,
         diagnose::Level,
@@ -493,4 +491,25 @@ fn alpha_stops_at_the_safe_region() {
     // Within the region it moves freely, and stops again.
     assert!(drag(0.97, 0.04) < most);
     assert_eq!(drag(0.04, 0.97), most);
+}
+
+#[test]
+fn a_twin_is_drawn_and_can_be_cancelled() {
+    let mut window = window(SIZE, Theme::Dark);
+    window.state_mut().act(Action::Open(straightedge::app::action::demo()[..5].to_vec()));
+    settle(&mut window);
+    let screen = Screen { lab: Some(Part::Twin), ..Screen::default() };
+    window.state_mut().act(Action::Show(Box::new(screen)));
+    window.run_ok();
+    click(&mut window, "Draw it 30 times");
+    until(&mut window, |app| app.state.data.progress.is_some_and(|p| p.1 > 0.0));
+    assert!(state(&window).data.twin.is_none());
+    click(&mut window, "Cancel the twin");
+    settle(&mut window);
+    assert!(state(&window).data.twin.is_none() && state(&window).screen.twin.is_none());
+    click(&mut window, "Draw it 30 times");
+    settle(&mut window);
+    let outcome = state(&window).data.twin.clone().unwrap().1.unwrap();
+    assert_eq!((outcome.pictures, outcome.runs + outcome.failed), (5, 30));
+    assert!(says(&window, "your σ") && says(&window, "lower left corner"));
 }

@@ -219,6 +219,7 @@ fn the_lab() {
         (Part::Scene, "lab_scene_dark"),
         (Part::Ablation, "lab_ablation_dark"),
         (Part::Starts, "lab_starts_dark"),
+        (Part::Twin, "lab_twin_dark"),
     ] {
         show(&mut window, Screen { lab: Some(part), ..Screen::default() });
         picture(&mut window, name);
