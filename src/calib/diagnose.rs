@@ -6,6 +6,8 @@
 
 mod bend;
 mod facts;
+pub mod faults;
+mod map;
 mod rules;
 mod verdict;
 

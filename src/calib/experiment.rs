@@ -14,6 +14,7 @@ pub mod ablate;
 pub mod claims;
 pub mod document;
 pub mod evidence;
+pub mod faults;
 pub mod figures;
 pub mod page;
 pub mod pipeline;

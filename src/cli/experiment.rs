@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 use super::print;
 use crate::calib::{
     Result,
-    experiment::{self, Experiment, claims::Verdict, table},
+    experiment::{self, Experiment, claims::Verdict, faults, table},
 };
 use crate::job::store;
 
@@ -20,6 +20,15 @@ pub(super) struct Args {
     /// Also change one thing at a time: refinement, smoothing, solver, origin, number of views
     #[arg(long)]
     ablate: bool,
+    /// Instead: plant faults in captures, and count how often they are named
+    #[arg(long, conflicts_with = "ablate")]
+    faults: bool,
+    /// Captures of each fault and strength, and a tenth of those without a fault
+    #[arg(long, value_name = "N", default_value_t = 30, requires = "faults")]
+    captures: usize,
+    /// Seed of the captures
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "faults")]
+    seed: u64,
     /// Folder for experiment.md, results.json and the figures; made where it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -29,8 +38,22 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     // Before the work, so that a wrong path costs nothing.
     let figures = args.out.join(FIGURES);
     store::folder(&args.out)?;
-    store::folder(&figures)?;
+    if !args.faults {
+        store::folder(&figures)?;
+    }
     let bar = ProgressBar::new_spinner();
+    if args.faults {
+        let study = faults::run(args.captures, args.seed, &mut |what| {
+            bar.set_message(what.to_owned());
+            bar.tick();
+            ControlFlow::Continue(())
+        });
+        bar.finish_and_clear();
+        let page = study.markdown();
+        store::write(&args.out.join("faults.md"), page.as_bytes())?;
+        print(&page)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let found = experiment::run(args.ablate, &mut |what| {
         bar.set_message(what.to_owned());
         bar.tick();
