@@ -63,8 +63,8 @@ pub struct Fault {
     pub frames: Vec<usize>,
 }
 
-/// Surprise from which a fault is none by chance: once in a thousand captures.
-const SURPRISING: f64 = 14.0;
+/// Surprise from which a fault is none by chance: once in a hundred captures at most, as bounds are added up.
+const SURPRISING: f64 = 9.0;
 /// Share of the map's uncertainty by which a fault must move it…
 const NOTABLE: f64 = 0.3;
 /// …and the least that is worth a word, px.
@@ -201,10 +201,10 @@ impl<'a> Capture<'a> {
         Term { column, factors }
     }
 
-    /// A term that grows from the first picture to the last, by 1 in all.
+    /// A term that grows by 1 in all from the first picture to the last, which has the camera's own value: that of today.
     fn growing(&self, column: Column) -> Term {
         let last = (self.views() - 1).max(1) as f64;
-        Term { column, factors: (0..self.views()).map(|i| i as f64 / last - 0.5).collect() }
+        Term { column, factors: (0..self.views()).map(|i| i as f64 / last - 1.0).collect() }
     }
 
     /// The name of the picture of a view.

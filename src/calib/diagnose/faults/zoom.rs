@@ -30,13 +30,13 @@ pub(super) const ONE_PICTURE: Hypothesis = Hypothesis {
     },
 };
 
-/// All pictures from one on.
+/// All pictures before one; the camera is that of the last.
 pub(super) const STEP: Hypothesis = Hypothesis {
     code: "zoom_step",
     alternatives: |capture| {
         let n = capture.views();
         let step = |k: usize| {
-            let factors = (0..n).map(|i| f64::from(u8::from(i >= k))).collect();
+            let factors = (0..n).map(|i| if i < k { -1.0 } else { 0.0 }).collect();
             Alternative { terms: vec![Term { column: Column::Focal, factors }], views: (k..n).collect() }
         };
         (APART..(n + 1).saturating_sub(APART)).map(step).collect()

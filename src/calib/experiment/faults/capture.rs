@@ -103,6 +103,8 @@ impl Capture {
                     Some(strength) => strength.project(&self.truth, pose, &point, &spot)?,
                     None => self.truth.project(&pose.apply(&point))?,
                 };
+                // What a fault moves out of the picture is not seen.
+                shown(&self.truth, &px).then_some(())?;
                 let noise = if noisy { self.noise[view][index] } else { Vector2::zeros() };
                 Some(Corner { index: index as u32, px: px + noise, sigma_px: self.noise_px })
             };
@@ -134,7 +136,38 @@ impl Capture {
         let problem = self.problem(strength.as_ref(), true);
         let calibration = solved(&problem)?;
         let report = self.report(&problem, &calibration);
-        let first = faults::of_calibration(&report, &calibration, &self.target).into_iter().find(|f| f.found);
+        let all = faults::of_calibration(&report, &calibration, &self.target);
+        if std::env::var("DBG").is_ok() {
+            eprintln!(
+                "{:?} x{times} value {:?} sigma {:.4} aside {:?}",
+                planted.map(|p| p.code),
+                strength.as_ref().map(|s| s.value),
+                faults::MapOf::new(&calibration, &self.target).map_or(0.0, |m| m.sigma_px()),
+                calibration.set_aside
+            );
+            eprintln!(
+                "  {:?}",
+                calibration
+                    .views
+                    .iter()
+                    .map(|v| (v.indices.len(), (v.rms_px * 1e3) as i32))
+                    .collect::<Vec<_>>()
+            );
+            for f in all.iter().filter(|f| f.gain > 12.0) {
+                eprintln!(
+                    "   {} found {} gain {:.1} unknowns {} surprise {:.1} moves {:.4} {:?} {}",
+                    f.code,
+                    f.found,
+                    f.gain,
+                    f.unknowns,
+                    f.surprise,
+                    f.moves_px,
+                    f.frames.len(),
+                    f.size
+                );
+            }
+        }
+        let first = all.into_iter().find(|f| f.found);
         Some(first.map_or_else(String::new, |fault| {
             let about = strength.as_ref().and_then(Strength::picture);
             match about {
@@ -164,12 +197,16 @@ impl Capture {
     fn strength(&self, planted: &Planted, times: f64) -> Option<Strength> {
         let clean = solved(&self.problem(None, true))?;
         let map = faults::MapOf::new(&clean, &self.target)?;
-        // The map's answer to a small fault, every corner believed.
-        let small = planted.drawn(self.seed, planted.least);
-        let mut problem = self.problem(Some(&small), false);
-        problem.options.loss = Loss::Linear;
-        let moved = map.between(&small.true_camera(&self.truth), &solved(&problem)?.camera)?;
-        Some(planted.drawn(self.seed, planted.least * times * map.sigma_px() / moved.max(1e-9)))
+        let mut value = planted.least;
+        // Of one picture from the answer to a small fault: a strong one would not be believed.
+        for _ in 0..if planted.alone { 1 } else { 3 } {
+            let tried = planted.drawn(self.seed, value);
+            let mut problem = self.problem(Some(&tried), false);
+            problem.options.loss = Loss::Linear;
+            let moved = map.between(&tried.true_camera(&self.truth), &solved(&problem)?.camera)?;
+            value = (value * times * map.sigma_px() / moved.max(1e-9)).min(planted.most);
+        }
+        Some(planted.drawn(self.seed, value))
     }
 }
 
@@ -177,15 +214,20 @@ fn solved(problem: &Problem) -> Option<Calibration> {
     calibrate(problem, &mut |_| ControlFlow::Continue(())).ok()
 }
 
+/// Whether a picture shows a place with some room about it.
+fn shown(camera: &Camera, px: &Vector2<f64>) -> bool {
+    let [w, h] = camera.size_px.map(f64::from);
+    px.x > 8.0 && px.y > 8.0 && px.x < w - 9.0 && px.y < h - 9.0
+}
+
 /// Places of the corners of a board, as far as the picture shows them.
 fn seen(camera: &Camera, target: &Target, pose: &Pose) -> Vec<Option<Vector2<f64>>> {
-    let [w, h] = camera.size_px.map(f64::from);
     let place = |point: Point3<f64>| {
         let place = pose.apply(&point);
         let px = camera.project(&place)?;
         // Beyond the fold of the lens's own polynomial nothing is seen.
         camera.unproject(&px).filter(|ray| ray.angle(&place.coords) < 1e-6)?;
-        (px.x > 8.0 && px.y > 8.0 && px.x < w - 9.0 && px.y < h - 9.0).then_some(px)
+        shown(camera, &px).then_some(px)
     };
     target.points_in_board().into_iter().map(place).collect()
 }

@@ -16,8 +16,10 @@ pub(super) struct Planted {
     pub(super) code: &'static str,
     /// A small strength to start from.
     pub(super) least: f64,
+    /// More is no fault but another capture.
+    pub(super) most: f64,
     /// Whether one picture alone has it.
-    alone: bool,
+    pub(super) alone: bool,
     /// Whether it is the camera's own.
     of_camera: bool,
     plant: fn(&Strength, &Spot, &mut Corner),
@@ -114,53 +116,61 @@ fn when(spot: &Spot) -> f64 {
     spot.view as f64 / (spot.views - 1).max(1) as f64 - 0.5
 }
 
-const fn planted(code: &'static str, least: f64, plant: fn(&Strength, &Spot, &mut Corner)) -> Planted {
-    Planted { code, least, alone: false, of_camera: false, plant }
+const fn planted(
+    code: &'static str,
+    [least, most]: [f64; 2],
+    plant: fn(&Strength, &Spot, &mut Corner),
+) -> Planted {
+    Planted { code, least, most, alone: false, of_camera: false, plant }
 }
 
-const fn alone(code: &'static str, least: f64, plant: fn(&Strength, &Spot, &mut Corner)) -> Planted {
-    Planted { code, least, alone: true, of_camera: false, plant }
+const fn alone(
+    code: &'static str,
+    [least, most]: [f64; 2],
+    plant: fn(&Strength, &Spot, &mut Corner),
+) -> Planted {
+    Planted { code, least, most, alone: true, of_camera: false, plant }
 }
 
 /// All of them.
 pub(super) const PLANTED: &[Planted] = &[
-    planted("bowed_board", 0.1, |s, spot, corner| {
+    planted("bowed_board", [0.1, 15.0], |s, spot, corner| {
         let [x, y] = spot.flat;
         corner.point.z += s.value * (s.sign(0) * x * x + s.whole[1] * x * y + s.whole[2] * y * y);
     }),
-    planted("board_aspect", 0.002, |s, _, corner| corner.point.x *= 1.0 + s.sign(0) * s.value),
-    alone("zoomed_picture", 0.001, |s, _, corner| zoom(corner, s.sign(0) * s.value)),
-    planted("zoom_step", 0.005, |s, spot, corner| {
+    planted("board_aspect", [0.0005, 0.05], |s, _, corner| corner.point.x *= 1.0 + s.sign(0) * s.value),
+    alone("zoomed_picture", [0.001, 0.3], |s, _, corner| zoom(corner, s.sign(0) * s.value)),
+    planted("zoom_step", [0.001, 0.1], |s, spot, corner| {
         let step = spot.views / 2 + (s.whole[1] * spot.views as f64 / 4.0) as usize;
-        if spot.view >= step {
-            zoom(corner, s.sign(0) * s.value);
-        }
+        // The camera is that of the mean.
+        let before = step as f64 / spot.views as f64;
+        let by = if spot.view < step { before - 1.0 } else { before };
+        zoom(corner, s.sign(0) * s.value * by);
     }),
-    planted("focal_drift", 0.01, |s, spot, corner| zoom(corner, s.sign(0) * s.value * when(spot))),
-    planted("focus_varies", 0.005, |s, spot, corner| zoom(corner, s.value * s.each[spot.view][0])),
-    planted("centre_drift", 5.0, |s, spot, corner| {
+    planted("focal_drift", [0.001, 0.1], |s, spot, corner| zoom(corner, s.sign(0) * s.value * when(spot))),
+    planted("focus_varies", [0.001, 0.1], |s, spot, corner| zoom(corner, s.value * s.each[spot.view][0])),
+    planted("centre_drift", [1.0, 60.0], |s, spot, corner| {
         shift(corner, [0, 1].map(|k| s.sign(k) * s.value * when(spot)));
     }),
-    planted("shifted_pictures", 3.0, |s, spot, corner| shift(corner, s.each[spot.view].map(|e| e * s.value))),
-    planted("rolling_shutter", 1.0, |s, spot, corner| {
+    planted("shifted_pictures", [1.0, 60.0], |s, spot, corner| {
+        shift(corner, s.each[spot.view].map(|e| e * s.value))
+    }),
+    planted("rolling_shutter", [0.5, 30.0], |s, spot, corner| {
         corner.rows = Vector2::from(s.each[spot.view]) * s.value
     }),
     Planted {
         of_camera: true,
-        ..planted("lens_model", 0.001, |s, _, corner| {
+        ..planted("lens_model", [0.001, 0.05], |s, _, corner| {
             let mut params = vec![0.0; Model::ThinPrism.spec().params.len()];
             params[..9].copy_from_slice(&corner.camera.params);
-            // k4 k5 k6 s1 s2 s3 s4
-            for (k, by) in [s.sign(0) * 10.0, s.whole[1] * 20.0, s.whole[2] * 20.0, s.whole[3], s.whole[4]]
-                .into_iter()
-                .enumerate()
-            {
-                params[9 + k + usize::from(k == 4)] = s.value * by;
+            // s1 s2 s3 s4, the last of the model.
+            for (k, by) in [s.whole[0], s.sign(1), s.whole[2], s.sign(3)].into_iter().enumerate() {
+                params[12 + k] = s.value * by;
             }
             corner.camera = Camera { model: Model::ThinPrism, size_px: corner.camera.size_px, params };
         })
     },
-    alone("foreign_picture", 1.0, |s, _, corner| {
+    alone("foreign_picture", [1.0, 100.0], |s, _, corner| {
         zoom(corner, s.whole[0] * s.value * 1e-3);
         shift(corner, [1, 2].map(|k| s.sign(k) * s.value));
     }),
