@@ -99,6 +99,8 @@ pub enum Job {
     Evidence(Box<Case>),
     /// Add what takes longer to evidence: what each picture does to the camera.
     Weigh(Box<Evidence>),
+    /// Add the sources of error to evidence.
+    Sources(Box<Evidence>),
     /// Compare camera models on what would be calibrated.
     Compare(Box<Case>),
     /// Read a picture to be shown.
@@ -149,7 +151,9 @@ impl Job {
                 Source::View { .. } => None,
             },
             Self::Develop { path, .. } => Some(path),
-            Self::Evidence(_) | Self::Weigh(_) | Self::Compare(_) | Self::Ablate(_) => None,
+            Self::Evidence(_) | Self::Weigh(_) | Self::Sources(_) | Self::Compare(_) | Self::Ablate(_) => {
+                None
+            }
         }
     }
 }
@@ -159,7 +163,7 @@ impl Job {
 pub enum Output {
     /// Of [`Job::Inspect`].
     Inspection(Box<Inspection>),
-    /// Of [`Job::Evidence`] and [`Job::Weigh`].
+    /// Of [`Job::Evidence`], [`Job::Weigh`] and [`Job::Sources`].
     Evidence(Box<Evidence>),
     /// Of [`Job::Compare`].
     Compared(Box<Comparison>),
@@ -248,6 +252,10 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
             .map(|e| Output::Evidence(Box::new(e))),
         Job::Weigh(mut found) => {
             evidence::with_influence(&mut found, &mut |share| report(Progress(share)))?;
+            Ok(Output::Evidence(found))
+        }
+        Job::Sources(mut found) => {
+            evidence::with_sources(&mut found, &mut |share| report(Progress(share)))?;
             Ok(Output::Evidence(found))
         }
         Job::Compare(case) => evidence::compared(&case, &mut |share| report(Progress(share)))

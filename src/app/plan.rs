@@ -8,7 +8,7 @@ use siphasher::sip128::{Hasher128, SipHasher13};
 
 use super::{
     lab,
-    state::{Answer, Frame, State},
+    state::{Frame, State},
 };
 use crate::{
     calib::{
@@ -48,6 +48,8 @@ pub enum Kind {
     Compare,
     /// What each picture does to the camera.
     Weigh,
+    /// What may be wrong with the calibration.
+    Sources,
 }
 
 impl Kind {
@@ -62,6 +64,7 @@ impl Kind {
             7 => Some(Self::Develop(FrameId(key.0 as u32))),
             8 => Some(Self::Compare),
             9 => Some(Self::Weigh),
+            12 => Some(Self::Sources),
             5 => Some(Self::Thumbnail(FrameId(key.0 as u32))),
             _ => None,
         }
@@ -79,6 +82,7 @@ impl Kind {
             Self::Develop(id) => (7, content << 32 | id.0 as u128),
             Self::Compare => (8, content),
             Self::Weigh => (9, content),
+            Self::Sources => (12, content),
         };
         Key((kind << 120) | (content & (u128::MAX >> 8)))
     }
@@ -239,13 +243,18 @@ impl State {
 }
 
 impl State {
-    /// The camera shown is weighed once it is complete, and no other is wanted.
+    /// The camera shown is weighed, then asked what may be wrong, once it is complete and no other is wanted.
     fn weighing(&self) -> Option<Request> {
-        let (answer, _) = self.data.solved().filter(|(a, _)| a.complete && !a.weighed)?;
+        let (answer, _) = self.data.solved().filter(|(a, _)| a.complete && !(a.weighed && a.sourced))?;
         if evidence_key(self) != Some(answer.key) {
             return None;
         }
-        Some(Request { key: weigh_key(answer), job: Job::Weigh(Box::new(answer.evidence.clone())) })
+        let evidence = Box::new(answer.evidence.clone());
+        Some(if answer.weighed {
+            Request { key: Kind::Sources.key(answer.key.0), job: Job::Sources(evidence) }
+        } else {
+            Request { key: Kind::Weigh.key(answer.key.0), job: Job::Weigh(evidence) }
+        })
     }
 
     /// Models are compared on what the camera shown was calibrated from, once that is complete.
@@ -305,11 +314,6 @@ fn content(state: &State, with_model: bool) -> Option<u128> {
         (1u8, id, index).hash(&mut hash);
     }
     any.then(|| hash.finish128().into())
-}
-
-/// What weighs this answer.
-pub(super) const fn weigh_key(answer: &Answer) -> Key {
-    Kind::Weigh.key(answer.key.0)
 }
 
 fn case(state: &State, ids: &[FrameId]) -> Case {

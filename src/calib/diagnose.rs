@@ -9,6 +9,7 @@ mod facts;
 pub mod faults;
 mod map;
 mod rules;
+pub mod sources;
 mod verdict;
 
 use serde::{Deserialize, Serialize};

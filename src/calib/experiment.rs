@@ -18,6 +18,7 @@ pub mod faults;
 pub mod figures;
 pub mod page;
 pub mod pipeline;
+pub mod sources;
 pub mod table;
 
 use serde::Serialize;

@@ -27,7 +27,7 @@ use crate::{
         format::Destination,
     },
     job::{
-        evidence::{Case, Evidence, compared, evidence, with_influence},
+        evidence::{Case, Evidence, compared, evidence, with_influence, with_sources},
         ms_since,
     },
 };
@@ -143,6 +143,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         recommended(&mut case, &mut found)?;
     }
     with_influence(&mut found, &mut |_| ControlFlow::Continue(()))?;
+    with_sources(&mut found, &mut |_| ControlFlow::Continue(()))?;
     if let Some(error) = files::none_found(&case.entries, &args.paths) {
         found.report.failed(&error);
     }

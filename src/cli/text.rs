@@ -23,6 +23,7 @@ pub(super) fn evidence(report: &Report) -> String {
         out += &errors(report, solution);
     }
     out += &models(report);
+    out += &sources(report);
     out += &pictures::table(report);
     out += &warnings(report);
     out.trim_start_matches('\n').to_owned()
@@ -201,6 +202,33 @@ fn models(report: &Report) -> String {
     let head = "\nCamera models: RMS of the fit and in pictures left out of it, 1σ in the worst corner of the picture\n";
     let splined = comparison.splined.as_ref().map(|s| paragraph(" ", &s.words())).unwrap_or_default();
     format!("{head}{}{}{splined}", table.render(), paragraph(" ", &comparison.why))
+}
+
+/// The sources of error, the most costly first.
+fn sources(report: &Report) -> String {
+    let Some(sources) = &report.sources else { return String::new() };
+    let mut table = Table::new("lrl");
+    for card in &sources.cards {
+        table.row([card.title.clone(), card.cost(), card.text.clone()]);
+    }
+    let mut out = format!(
+        "\nSources of error, px of the projection over 90 % of the picture (certain to {})\n{}",
+        significant(sources.map_px, 2),
+        table.render()
+    );
+    if let Some(words) = sources.cross_words() {
+        out += &paragraph(" ", &format!("{words}."));
+    }
+    let broken: Vec<String> = sources
+        .rules
+        .iter()
+        .filter(|r| !r.kept)
+        .map(|r| format!("{} ({}): {}", r.text, r.value, r.word()))
+        .collect();
+    if !broken.is_empty() {
+        out += &paragraph(" ", &format!("Rules of thumb. {}.", broken.join("; ")));
+    }
+    out
 }
 
 fn warnings(report: &Report) -> String {

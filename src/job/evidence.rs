@@ -1,5 +1,7 @@
 //! From what was seen to the report: assembly, calibration, comparison with the truth.
 
+mod bursts;
+
 use std::{ops::ControlFlow, sync::Arc};
 
 use serde::{Deserialize, Serialize};
@@ -18,7 +20,7 @@ use crate::calib::{
     },
     camera::{Camera, Model},
     circles::bias::corrected,
-    diagnose::{self, Finding, Verdict},
+    diagnose::{self, Finding, Verdict, sources},
     format, influence,
     observation::Corner,
     report::{Report, Settings},
@@ -142,16 +144,26 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     let begun = Instant::now();
     let solved = match assembly.problem.and_then(|p| start_fits(p, case)) {
         Ok(problem) => match choose(&problem, &case.models, tick)? {
-            Ok(calibration) => centred(&problem, calibration, tick)?.map(|c| (c, problem.target)),
+            Ok(calibration) => match centred(&problem, calibration, tick)? {
+                Ok(calibration) => {
+                    let (calibration, averaged) = bursts::once(&problem, calibration, tick)?;
+                    Ok((calibration, averaged, problem))
+                }
+                Err(error) => Err(error),
+            },
             Err(error) => Err(error),
         },
         Err(error) => Err(error),
     };
     report.timing_ms.calibrate = ms_since(begun);
     let calibration = match solved {
-        Ok((calibration, target)) => {
+        Ok((calibration, averaged, problem)) => {
+            let target = problem.target.clone();
             report.settings.model = calibration.camera.model;
             report.calibrated(&calibration, &target);
+            if let Some(averaged) = averaged {
+                averaged.told(&problem, &calibration, &mut report)?;
+            }
             if SURFACES && case.residual_map {
                 report.with_residual_map(&calibration, &target);
             }
@@ -187,6 +199,33 @@ pub fn with_influence(found: &mut Evidence, tick: &mut dyn FnMut(f32) -> Control
         (found.verdict, found.findings) =
             (diagnose::verdict(&found.report), diagnose::findings(&found.report));
     }
+    Ok(())
+}
+
+/// Whether sources of error are measured: not in the page, which would be larger for it.
+pub const SOURCES: bool = cfg!(not(target_arch = "wasm32"));
+
+/// Adds the seven sources of error and the faults behind them, and what follows from those.
+///
+/// # Errors
+/// [`Error::Stopped`] where `tick` breaks.
+pub fn with_sources(found: &mut Evidence, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<()> {
+    let (Some(calibration), Some(target)) = (&found.calibration, found.report.settings.target()) else {
+        return Ok(());
+    };
+    if !SOURCES {
+        return Ok(());
+    }
+    let mut stopped = false;
+    found.report.sources = sources::of(&found.report, calibration, &target, &mut |share| {
+        let flow = tick(share);
+        stopped |= flow.is_break();
+        flow
+    });
+    if stopped {
+        return Err(Error::Stopped);
+    }
+    (found.verdict, found.findings) = (diagnose::verdict(&found.report), diagnose::findings(&found.report));
     Ok(())
 }
 

@@ -57,7 +57,7 @@ pub struct Fault {
     pub surprise: f64,
     /// RMS of the errors that it explains, px.
     pub explains_px: f64,
-    /// How far the projection moves when it is let in, px.
+    /// How far the projection moves when it is let in, beyond what chance would move it then, px.
     pub moves_px: f64,
     /// Pictures that it is about, by their positions; empty where it is about all.
     pub frames: Vec<usize>,
@@ -71,6 +71,8 @@ const NOTABLE: f64 = 0.3;
 const NOTABLE_PX: f64 = 0.003;
 /// Fall of the squares, in units of the noise, that a hypothesis must bring for each of its unknowns to be preferred to another.
 const PENALTY: f64 = 2.5;
+/// Share of the fall that counts, to be preferred, of a hypothesis with unknowns for each picture.
+const OF_EACH: f64 = 0.8;
 /// Faults that are found at most.
 const MOST: usize = 3;
 /// Rounds of refinement with what was found.
@@ -158,10 +160,21 @@ impl Best {
         surprise(self.gain(), self.unknowns) - 2.0 * ((self.alternatives * HYPOTHESES.len()) as f64).ln()
     }
 
+    /// Whether it has unknowns of its own for each picture.
+    fn is_of_each(&self) -> bool {
+        let views = self.terms.first().map_or(0, |t| t.factors.len());
+        self.alternatives == 1
+            && self.views.is_empty()
+            && self.terms.iter().any(|t| t.is_alone())
+            && self.terms.len() + 1 >= views
+    }
+
     /// To compare hypotheses that all are beyond chance: the fall for the same noise, less for each unknown (H. Akaike, 1974, who takes
     /// 2; which alternative it is counts as one).
     fn rank(&self, noise: f64) -> f64 {
-        self.fall / noise - PENALTY * (self.unknowns + usize::from(self.alternatives > 1)) as f64
+        // What may be different in each picture explains a part of anything.
+        let own = if self.is_of_each() { OF_EACH } else { 1.0 };
+        own * self.fall / noise - PENALTY * (self.unknowns + usize::from(self.alternatives > 1)) as f64
     }
 }
 
@@ -210,7 +223,7 @@ impl<'a> Capture<'a> {
     /// The name of the picture of a view.
     fn name(&self, view: usize) -> &str {
         let position = self.calibration.views[view].frame.0 as usize;
-        self.report.frames.get(position).map_or("a picture", |f| f.name())
+        self.report.frames.get(position).map_or("a picture", |f| f.stem())
     }
 
     fn positions(&self, views: &[usize]) -> Vec<usize> {
@@ -254,7 +267,12 @@ impl<'a> Capture<'a> {
         let mut alone = best.fit.clone();
         alone.intrinsics -= &known.intrinsics;
         alone.theta.iter_mut().zip(&known.theta).for_each(|(v, before)| *v -= before);
-        best.moves_px = self.moves_px(&[base, &best.terms].concat(), &alone);
+        let moved = self.moves_px(&[base, &best.terms].concat(), &alone);
+        // Terms that hardly show scatter, and move the camera by chance: that is no effect.
+        let still = |_: &Vector2<f64>| Vector2::zeros();
+        let own = best.fit.scatter.row_iter().skip(base.len());
+        let chance: f64 = own.map(|row| self.map.moves(&row.transpose(), &still).powi(2)).sum();
+        best.moves_px = (moved * moved - best.fit.noise * chance).max(0.0).sqrt();
         Some(best)
     }
 

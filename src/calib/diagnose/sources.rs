@@ -8,6 +8,7 @@
 mod checklist;
 mod conditioning;
 mod corners;
+mod cross;
 mod degeneracy;
 mod diversity;
 mod environment;
@@ -25,8 +26,7 @@ use super::{
 use crate::calib::{number::significant, report::Report, solution::Calibration, target::Target};
 pub use checklist::Rule;
 pub use cross::CrossValidation;
-
-pub mod cross;
+pub(super) use environment::{advice, show};
 
 /// One source of error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -162,4 +162,38 @@ fn beyond(sigma: f64, other: f64) -> f64 {
 
 fn px(value: f64) -> String {
     if value < 0.001 { "less than 0.001 px".to_owned() } else { format!("{} px", significant(value, 2)) }
+}
+
+impl Sources {
+    /// What the parts of the pictures say about each other, in one sentence.
+    pub fn cross_words(&self) -> Option<String> {
+        let c = self.cross_validation.as_ref()?;
+        Some(format!(
+            "Two halves of {} poses differ by {} ({} by chance); leaving out a fifth moves the projection by {}; error in pictures left out {}, in those fitted {}",
+            c.poses,
+            px(c.halves_px),
+            px(c.halves_by_chance_px),
+            px(c.folds_px),
+            px(c.held_out_px),
+            px(c.fitted_px)
+        ))
+    }
+}
+
+impl Rule {
+    /// Whether it is kept, or need not be, in a word.
+    pub const fn word(&self) -> &'static str {
+        match (self.kept, self.needless) {
+            (true, _) => "kept",
+            (false, true) => "not needed: σ is small without",
+            (false, false) => "not kept",
+        }
+    }
+}
+
+impl Source {
+    /// What it costs, in words.
+    pub fn cost(&self) -> String {
+        px(self.px)
+    }
 }

@@ -7,8 +7,8 @@ use serde::Deserialize;
 
 use super::{
     Camera, ClosedForm, Comparison, Coverage, ErrorStats, Failure, FrameReport, GroupReport, Iteration,
-    Model, Named, Report, ResidualMap, Settings, Solution, Starts, Termination, Timing, Trends, Uncertainty,
-    Warning, calibrate, json, wire,
+    Model, Named, Report, ResidualMap, Settings, Solution, Sources, Starts, Termination, Timing, Trends,
+    Uncertainty, Warning, calibrate, json, wire,
 };
 
 #[derive(Deserialize)]
@@ -22,6 +22,7 @@ pub(super) struct Flat {
     #[serde(default)]
     warnings: Vec<Warning>,
     models: Option<calibrate::Comparison>,
+    sources: Option<Sources>,
     #[serde(default)]
     timing_ms: Timing,
 
@@ -71,6 +72,7 @@ impl TryFrom<Flat> for Report {
             frames: flat.frames,
             warnings: flat.warnings,
             models: flat.models,
+            sources: flat.sources,
             timing_ms: flat.timing_ms,
         })
     }

@@ -3,8 +3,11 @@
 use egui::{Key, Modifiers, Theme};
 use egui_kittest::kittest::Queryable as _;
 use straightedge::{
-    app::action::Action,
-    app::panels::Tile,
+    app::{
+        action::Action,
+        panels::{PANELS, Tile},
+        screen::Screen,
+    },
     calib::{
         camera::Model,
         diagnose::Level,
@@ -138,6 +141,25 @@ fn state<'a>(
     window: &'a egui_kittest::Harness<'static, straightedge::app::App>,
 ) -> &'a straightedge::app::state::State {
     &window.state().state
+}
+
+#[test]
+fn sources_of_error_are_ranked_with_what_helps() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    let sources = state(&window).data.answer.as_ref().unwrap().report().sources.clone().unwrap();
+    assert!(!sources.faults.iter().any(|f| f.found), "the demo has no fault: {:#?}", sources.faults);
+    let index = Tile::Errors.index();
+    let mut screen = Screen { center: Tile::Errors, ..Screen::default() };
+    screen.pages[index] = PANELS[index].pages.iter().position(|p| p.name == "Sources").unwrap();
+    window.state_mut().act(Action::Show(Box::new(screen)));
+    settle(&mut window);
+    let first = &sources.cards[0];
+    assert!(says(&window, &format!("{}: {}", first.title, first.cost())), "{first:?}");
+    // The evidence of the first is one click away.
+    let shows: Vec<_> = window.get_all_by_label("Show").collect();
+    shows.last().unwrap().click();
+    window.run_ok();
+    assert!(!says(&window, "What the camera may err by"));
 }
 
 #[test]

@@ -21,13 +21,15 @@ pub(super) enum Column {
     BowYy,
     /// Squares that are longer than they are high, relative.
     Aspect,
-    /// Terms of a lens, px in the corner of the picture: radial of degrees 3 to 9, prism, decentring, skew, unequal scales.
+    /// Terms of a lens, px in the corner of the picture: radial of degrees 3 to 9, prism of degrees 2 and 4, decentring, skew, unequal scales.
     Radial3,
     Radial5,
     Radial7,
     Radial9,
     PrismX,
     PrismY,
+    Prism4X,
+    Prism4Y,
     DecentredX,
     DecentredY,
     Skew,
@@ -48,7 +50,7 @@ pub(super) struct Place<'a> {
 }
 
 impl Column {
-    pub(super) const ALL: [Self; 19] = [
+    pub(super) const ALL: [Self; 21] = [
         Self::Focal,
         Self::CentreX,
         Self::CentreY,
@@ -64,6 +66,8 @@ impl Column {
         Self::Radial9,
         Self::PrismX,
         Self::PrismY,
+        Self::Prism4X,
+        Self::Prism4Y,
         Self::DecentredX,
         Self::DecentredY,
         Self::Skew,
@@ -71,7 +75,7 @@ impl Column {
     ];
     pub(super) const COUNT: usize = Self::ALL.len();
     /// Terms of a lens.
-    pub(super) const LENS: std::ops::Range<usize> = 9..19;
+    pub(super) const LENS: std::ops::Range<usize> = 9..21;
 
     pub(super) const fn index(self) -> usize {
         self as usize
@@ -104,6 +108,8 @@ impl Column {
             Self::Radial9 => radial(4),
             Self::PrismX => Vector2::new(r2, 0.0),
             Self::PrismY => Vector2::new(0.0, r2),
+            Self::Prism4X => Vector2::new(r2 * r2, 0.0),
+            Self::Prism4Y => Vector2::new(0.0, r2 * r2),
             Self::DecentredX => Vector2::new(2.0 * x * x, 2.0 * x * y),
             Self::DecentredY => Vector2::new(2.0 * x * y, 2.0 * y * y),
             Self::Skew => Vector2::new(y, 0.0),

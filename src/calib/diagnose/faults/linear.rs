@@ -36,6 +36,13 @@ pub(super) struct Term {
     pub(super) factors: Vec<f64>,
 }
 
+impl Term {
+    /// Whether it is about one view.
+    pub(super) fn is_alone(&self) -> bool {
+        self.factors.iter().filter(|f| **f != 0.0).count() == 1
+    }
+}
+
 /// Corners of one view.
 #[derive(Clone)]
 pub(in crate::calib::diagnose) struct Seen {
@@ -61,8 +68,8 @@ pub(in crate::calib::diagnose) struct Fixed {
     pub(in crate::calib::diagnose) views: Vec<Seen>,
     /// Middle of the board, and half its longer side.
     pub(super) middle: Point3<f64>,
-    pub(super) half: f64,
-    pub(super) normal: Vector3<f64>,
+    pub(in crate::calib::diagnose) half: f64,
+    pub(in crate::calib::diagnose) normal: Vector3<f64>,
 }
 
 impl Fixed {
@@ -126,6 +133,8 @@ pub(super) struct Fit {
     pub(super) theta: Vec<f64>,
     /// How the free intrinsics move.
     pub(super) intrinsics: DVector<f64>,
+    /// How the free intrinsics scatter with the terms, for noise of 1: one row for each term, whose squares add up.
+    pub(super) scatter: DMatrix<f64>,
     /// Sum of weighted squares that is left, px².
     pub(super) left: f64,
     /// Terms that are determined.
@@ -192,14 +201,18 @@ impl<'a> Linear<'a> {
         let before: Vec<f64> = (0..m).map(|k| s_ee[(k, k)]).collect();
         s_ee -= s_be.transpose() * &answer;
         g_e -= answer.transpose() * &g_b;
-        let Solved { theta, gain, rank } = solve(s_ee, &before, g_e);
+        let mut right = DMatrix::zeros(m, 1 + b);
+        right.set_column(0, &g_e);
+        right.columns_mut(1, b).copy_from(&answer.transpose());
+        let Solved { theta, gain, rank, right } = solve(s_ee, &before, right);
+        let scatter = right.columns(1, b).into_owned();
         let intrinsics = own.solve(&(&g_b - &s_be * DVector::from_vec(theta.clone())));
         let unknowns = b + 6 * self.views.len() + rank;
         let freedom = (2 * self.corners()).checked_sub(unknowns).filter(|n| *n > 0)?;
         let left = (squares - g_b.dot(&own.solve(&g_b)) - gain).max(0.0);
         let white = left / freedom as f64;
         let noise = self.shared_noise(terms, &theta, &intrinsics).max(white);
-        Some(Fit { theta, intrinsics, left, rank, noise })
+        Some(Fit { theta, intrinsics, scatter, left, rank, noise })
     }
 
     /// Variance of a coordinate in what is left, from smooth displacements of each view: where neighbours err alike it is larger than
@@ -219,11 +232,11 @@ impl<'a> Linear<'a> {
                 for (term, value) in terms.iter().zip(theta).filter(|(t, _)| t.factors[i] != 0.0) {
                     let column = s.view((from, self.column(term.column)), (SMOOTH, 1));
                     right -= column * (value * term.factors[i]);
-                    alone += usize::from(term.factors.iter().filter(|f| **f != 0.0).count() == 1);
+                    alone += usize::from(term.is_alone());
                 }
                 let matrix = s.view((from, from), (SMOOTH, SMOOTH)).into_owned();
                 let before: Vec<f64> = (0..SMOOTH).map(|k| matrix[(k, k)]).collect();
-                let solved = solve(matrix, &before, right.column(0).into_owned());
+                let solved = solve(matrix, &before, DMatrix::from_column_slice(SMOOTH, 1, right.as_slice()));
                 let freedom = solved.rank.checked_sub(alone).filter(|n| *n > 3)? as f64;
                 // Median of χ² over its mean (Wilson and Hilferty).
                 Some(solved.gain / freedom / (1.0 - 2.0 / (9.0 * freedom)).powi(3))
@@ -373,11 +386,13 @@ struct Solved {
     theta: Vec<f64>,
     gain: f64,
     rank: usize,
+    right: DMatrix<f64>,
 }
 
 /// Solves normal equations; unknowns that those before them (or what was eliminated; `before` are the diagonals before that) leave next
 /// to nothing of are left at 0.
-fn solve(mut a: DMatrix<f64>, before: &[f64], mut h: DVector<f64>) -> Solved {
+/// Of several right sides the first is solved; all come back as L⁻¹ times themselves, with zeros where an unknown is left out.
+fn solve(mut a: DMatrix<f64>, before: &[f64], mut h: DMatrix<f64>) -> Solved {
     let m = a.nrows();
     let mut kept = vec![false; m];
     let (mut gain, mut rank) = (0.0, 0);
@@ -385,14 +400,15 @@ fn solve(mut a: DMatrix<f64>, before: &[f64], mut h: DVector<f64>) -> Solved {
     for k in 0..m {
         let d = a[(k, k)];
         if !(before[k] > 0.0 && d > INDEPENDENT * before[k]) {
+            h.row_mut(k).fill(0.0);
             continue;
         }
         kept[k] = true;
         rank += 1;
         let root = d.sqrt();
         a[(k, k)] = root;
-        h[k] /= root;
-        gain += h[k] * h[k];
+        h.row_mut(k).unscale_mut(root);
+        gain += h[(k, 0)] * h[(k, 0)];
         for i in k + 1..m {
             a[(i, k)] /= root;
         }
@@ -401,7 +417,9 @@ fn solve(mut a: DMatrix<f64>, before: &[f64], mut h: DVector<f64>) -> Solved {
             if by == 0.0 {
                 continue;
             }
-            h[j] -= by * h[k];
+            for c in 0..h.ncols() {
+                h[(j, c)] -= by * h[(k, c)];
+            }
             for i in j..m {
                 a[(i, j)] -= a[(i, k)] * by;
             }
@@ -410,7 +428,7 @@ fn solve(mut a: DMatrix<f64>, before: &[f64], mut h: DVector<f64>) -> Solved {
     let mut theta = vec![0.0; m];
     for k in (0..m).rev().filter(|k| kept[*k]) {
         let later: f64 = (k + 1..m).map(|i| a[(i, k)] * theta[i]).sum();
-        theta[k] = (h[k] - later) / a[(k, k)];
+        theta[k] = (h[(k, 0)] - later) / a[(k, k)];
     }
-    Solved { theta, gain, rank }
+    Solved { theta, gain, rank, right: h }
 }

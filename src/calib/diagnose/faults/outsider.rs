@@ -61,7 +61,7 @@ pub(super) fn set_aside(capture: &Capture<'_>) -> Vec<Fault> {
     contradicting
         .map(|(position, frame)| {
             let (kind, rms_px, zoom) = kind(capture, frame);
-            let name = frame.name();
+            let name = frame.stem();
             let (code, title, size, value, unit) = match kind {
                 Kind::Mirrored => (
                     "mirrored_picture",

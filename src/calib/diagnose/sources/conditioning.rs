@@ -21,7 +21,11 @@ pub(super) fn card(facts: &Facts<'_>) -> Card {
     let reached = if elsewhere == 0 && starts.agreeing == starts.tried {
         format!("All {} starts end at the same camera", starts.tried + STARTS.len())
     } else {
-        format!("{} of {} starts end elsewhere, at larger errors", elsewhere + starts.tried - starts.agreeing, starts.tried + STARTS.len())
+        format!(
+            "{} of {} starts end elsewhere, at larger errors",
+            elsewhere + starts.tried - starts.agreeing,
+            starts.tried + STARTS.len()
+        )
     };
     let text = format!(
         "{reached}, to {}; the normal equations have condition {:.0e}, {:.0e} with scaled unknowns.",
@@ -49,18 +53,36 @@ fn restarted(facts: &Facts<'_>) -> (f64, usize) {
     let tied: Vec<[usize; 2]> =
         calibration.tied_to.iter().enumerate().filter_map(|(k, to)| Some([k, (*to)?])).collect();
     let free = Free::new(model, &held, &tied);
-    let blocks: Vec<Block> = capture.fixed.views.iter().map(|seen| {
-        let mut block = Block::new(&seen.points, &seen.observed);
-        block.set_weights(seen.weights.iter().copied());
-        block
-    }).collect();
-    let problem = refine::Problem { spec: model.spec(), free: &free, blocks: &blocks, huber_px: None, single_precision: false };
+    let blocks: Vec<Block> = capture
+        .fixed
+        .views
+        .iter()
+        .map(|seen| {
+            let mut block = Block::new(&seen.points, &seen.observed);
+            block.set_weights(seen.weights.iter().copied());
+            block
+        })
+        .collect();
+    let problem = refine::Problem {
+        spec: model.spec(),
+        free: &free,
+        blocks: &blocks,
+        huber_px: None,
+        single_precision: false,
+    };
     let corners = blocks.iter().map(Block::len).sum();
     // The optimum of the very sum that the others minimise.
-    let solved = |state: &State| refine::refine(&problem, state, Limits::full(corners), &mut || ControlFlow::Continue(())).ok();
+    let solved = |state: &State| {
+        refine::refine(&problem, state, Limits::full(corners), &mut || ControlFlow::Continue(())).ok()
+    };
     let poses = calibration.views.iter().map(|v| v.camera_from_board).collect();
-    let Some(best) = solved(&State { params: calibration.camera.params.clone(), poses }) else { return (0.0, 0) };
-    let camera = |state: &State| crate::calib::camera::Camera { params: state.params.clone(), ..calibration.camera.clone() };
+    let Some(best) = solved(&State { params: calibration.camera.params.clone(), poses }) else {
+        return (0.0, 0);
+    };
+    let camera = |state: &State| crate::calib::camera::Camera {
+        params: state.params.clone(),
+        ..calibration.camera.clone()
+    };
     let (mut spread, mut elsewhere) = (0.0f64, 0);
     for by in STARTS {
         let mut start = calibration.camera.clone();
@@ -69,11 +91,20 @@ fn restarted(facts: &Facts<'_>) -> (f64, usize) {
                 start.params[k] *= by;
             }
         }
-        let poses: Option<Vec<_>> = calibration.views.iter().zip(&capture.fixed.views).map(|(view, seen)| {
-            let corners: Vec<Corner> = view.indices.iter().zip(&seen.observed)
-                .map(|(index, px)| Corner { index: *index, px: *px, sigma_px: 1.0 }).collect();
-            Some(pose_of(&start, capture.target, &corners).ok()?.0)
-        }).collect();
+        let poses: Option<Vec<_>> = calibration
+            .views
+            .iter()
+            .zip(&capture.fixed.views)
+            .map(|(view, seen)| {
+                let corners: Vec<Corner> = view
+                    .indices
+                    .iter()
+                    .zip(&seen.observed)
+                    .map(|(index, px)| Corner { index: *index, px: *px, sigma_px: 1.0 })
+                    .collect();
+                Some(pose_of(&start, capture.target, &corners).ok()?.0)
+            })
+            .collect();
         let end = poses.and_then(|poses| solved(&State { params: start.params.clone(), poses }));
         match end.filter(|end| end.cost < best.cost * (1.0 + SAME)) {
             Some(end) => {

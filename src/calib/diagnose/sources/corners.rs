@@ -14,9 +14,14 @@ pub(super) fn card(facts: &Facts<'_>) -> Card {
     let cost = capture.sigma_px * own / sigma0.max(f64::MIN_POSITIVE);
     let [found, expected] = [sigma0, predicted].map(|v| significant(v, 2));
     let text = if predicted <= 0.0 {
-        format!("Corners scatter by {found} px in each coordinate, which makes the projection uncertain by {}.", px(cost))
+        format!(
+            "Corners scatter by {found} px in each coordinate, which makes the projection uncertain by {}.",
+            px(cost)
+        )
     } else if sigma0 > 1.3 * predicted {
-        format!("Corners miss by {found} px where noise and contrast of the pictures explain {expected} px: the rest is no noise.")
+        format!(
+            "Corners miss by {found} px where noise and contrast of the pictures explain {expected} px: the rest is no noise."
+        )
     } else {
         format!("Corners scatter by {found} px; noise and contrast of the pictures let expect {expected} px.")
     };

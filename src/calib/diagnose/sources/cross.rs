@@ -40,8 +40,12 @@ pub struct CrossValidation {
 /// `None` where there are too few poses, or a half does not determine the camera.
 pub(super) fn of(capture: &Capture<'_>) -> Option<CrossValidation> {
     let calibration = capture.calibration;
-    let pictures: Vec<bursts::Corners> = calibration.views.iter().zip(&capture.fixed.views)
-        .map(|(view, seen)| view.indices.iter().copied().zip(seen.observed.iter().copied()).collect()).collect();
+    let pictures: Vec<bursts::Corners> = calibration
+        .views
+        .iter()
+        .zip(&capture.fixed.views)
+        .map(|(view, seen)| view.indices.iter().copied().zip(seen.observed.iter().copied()).collect())
+        .collect();
     let group = bursts::groups(&pictures, calibration.camera.size_px);
     let poses = group.iter().max().map_or(0, |last| last + 1);
     if poses < LEAST {
@@ -61,9 +65,13 @@ pub(super) fn of(capture: &Capture<'_>) -> Option<CrossValidation> {
         let (camera, _) = part(&|g| g % folds != k)?;
         moved += capture.map.between(&calibration.camera, &camera)?.powi(2);
         for (i, view) in calibration.views.iter().enumerate().filter(|(i, _)| group[*i] % folds == k) {
-            let corners: Vec<Corner> = view.indices.iter().zip(&capture.fixed.views[i].observed)
+            let corners: Vec<Corner> = view
+                .indices
+                .iter()
+                .zip(&capture.fixed.views[i].observed)
                 .filter(|(index, _)| !view.outliers.contains(index))
-                .map(|(index, px)| Corner { index: *index, px: *px, sigma_px: 1.0 }).collect();
+                .map(|(index, px)| Corner { index: *index, px: *px, sigma_px: 1.0 })
+                .collect();
             let Ok((_, residuals)) = pose_of(&camera, capture.target, &corners) else { continue };
             squares += residuals.iter().map(|r| r.norm_squared()).sum::<f64>();
             n += residuals.len();
@@ -87,14 +95,26 @@ fn solved(capture: &Capture<'_>, keep: &dyn Fn(usize) -> bool) -> Option<(Camera
     let tied: Vec<[usize; 2]> = tied_to.iter().enumerate().filter_map(|(k, to)| Some([k, (*to)?])).collect();
     let free = Free::new(camera.model, &held, &tied);
     let kept: Vec<usize> = (0..views.len()).filter(|i| keep(*i)).collect();
-    let blocks: Vec<Block> = kept.iter().map(|&i| {
-        let seen = &capture.fixed.views[i];
-        let mut block = Block::new(&seen.points, &seen.observed);
-        block.set_weights(seen.weights.iter().copied());
-        block
-    }).collect();
-    let problem = refine::Problem { spec: camera.spec(), free: &free, blocks: &blocks, huber_px: None, single_precision: false };
-    let start = State { params: camera.params.clone(), poses: kept.iter().map(|&i| views[i].camera_from_board).collect() };
+    let blocks: Vec<Block> = kept
+        .iter()
+        .map(|&i| {
+            let seen = &capture.fixed.views[i];
+            let mut block = Block::new(&seen.points, &seen.observed);
+            block.set_weights(seen.weights.iter().copied());
+            block
+        })
+        .collect();
+    let problem = refine::Problem {
+        spec: camera.spec(),
+        free: &free,
+        blocks: &blocks,
+        huber_px: None,
+        single_precision: false,
+    };
+    let start = State {
+        params: camera.params.clone(),
+        poses: kept.iter().map(|&i| views[i].camera_from_board).collect(),
+    };
     let limits = Limits { iterations: 20, tolerance: 1e-6, damping: 1e-7 };
     let end = refine::refine(&problem, &start, limits, &mut || ControlFlow::Continue(())).ok()?;
     let covariance = refine::information(&problem, &end.state)?.cholesky()?.inverse();

@@ -18,23 +18,32 @@ pub(super) fn card(facts: &Facts<'_>) -> Card {
         return Card { px: 0.0, text, show: Show::Diversity, remedy: None, advice: String::new() };
     }
     // The same pictures of a thing with depth.
-    let lifted: Vec<_> = calibration.views.iter().zip(&capture.fixed.views).map(|(view, seen)| {
-        let up = |(j, p): (usize, &nalgebra::Point3<f64>)| {
-            let side = if j % 2 == 0 { 1.0 } else { -1.0 };
-            (p + capture.fixed.normal * (side * RELIEF * capture.fixed.half), seen.weights[j])
-        };
-        (view.camera_from_board, seen.points.iter().enumerate().map(up).collect())
-    }).collect();
+    let lifted: Vec<_> = calibration
+        .views
+        .iter()
+        .zip(&capture.fixed.views)
+        .map(|(view, seen)| {
+            let up = |(j, p): (usize, &nalgebra::Point3<f64>)| {
+                let side = if j % 2 == 0 { 1.0 } else { -1.0 };
+                (p + capture.fixed.normal * (side * RELIEF * capture.fixed.half), seen.weights[j])
+            };
+            (view.camera_from_board, seen.points.iter().enumerate().map(up).collect())
+        })
+        .collect();
     let cost = facts.beyond(covariance(&calibration.camera, &capture.fixed, &lifted).as_ref());
     let tilts: Vec<f64> = capture.report.included().filter_map(|f| f.tilt_rad.map(f64::to_degrees)).collect();
     let flat = tilts.iter().filter(|t| **t < LEAST_TILT_DEG).count();
     let [fx, fy, cx, cy] = calibration.camera.intrinsics();
     let k = Matrix3::new(fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0);
-    let homographies: Vec<Matrix3<f64>> = calibration.views.iter().map(|v| {
-        let pose = &v.camera_from_board;
-        let r = pose.rotation.matrix();
-        k * Matrix3::from_columns(&[r.column(0).into(), r.column(1).into(), pose.translation])
-    }).collect();
+    let homographies: Vec<Matrix3<f64>> = calibration
+        .views
+        .iter()
+        .map(|v| {
+            let pose = &v.camera_from_board;
+            let r = pose.rotation.matrix();
+            k * Matrix3::from_columns(&[r.column(0).into(), r.column(1).into(), pose.translation])
+        })
+        .collect();
     let singular = zhang::closed_form(&homographies, calibration.camera.size_px, true).singular_values;
     let text = format!(
         "{flat} of {} boards are tilted by less than {LEAST_TILT_DEG:.0}°; the weakest direction of Zhang's system has {} of its strongest. The same pictures of an object with depth would be this much more certain.",

@@ -17,7 +17,9 @@ pub(super) fn card(facts: &Facts<'_>) -> Card {
     let capture = facts.capture;
     let cost = facts.beyond(spread(capture, capture.calibration.views.len()).as_ref());
     let stances = || capture.report.included();
-    let most = |of: &dyn Fn(&crate::calib::report::FrameReport) -> Option<f64>| stances().filter_map(of).fold(0.0, f64::max);
+    let most = |of: &dyn Fn(&crate::calib::report::FrameReport) -> Option<f64>| {
+        stances().filter_map(of).fold(0.0, f64::max)
+    };
     let tilt = most(&|f| f.tilt_rad).to_degrees();
     let far = most(&|f| f.distance);
     let near = stances().filter_map(|f| f.distance).fold(f64::INFINITY, f64::min);
@@ -59,9 +61,15 @@ pub(super) fn spread(capture: &Capture<'_>, n: usize) -> Option<nalgebra::DMatri
         let rotation = (sight * tilt * roll).to_rotation_matrix();
         let away = f * side / (SPAN * w) * if i % 2 == 0 { 0.8 } else { 1.2 };
         let pose = Pose { rotation, translation: ray * away - rotation * target.center_in_board().coords };
-        let seen: Vec<_> = points.iter().filter(|p| {
-            camera.project(&pose.apply(p)).is_some_and(|px| (0.0..w).contains(&px.x) && (0.0..h).contains(&px.y))
-        }).map(|p| (*p, 1.0)).collect();
+        let seen: Vec<_> = points
+            .iter()
+            .filter(|p| {
+                camera
+                    .project(&pose.apply(p))
+                    .is_some_and(|px| (0.0..w).contains(&px.x) && (0.0..h).contains(&px.y))
+            })
+            .map(|p| (*p, 1.0))
+            .collect();
         if seen.len() >= points.len().min(12) {
             views.push((pose, seen));
         }

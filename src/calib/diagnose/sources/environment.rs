@@ -10,14 +10,31 @@ pub(super) fn card(facts: &Facts<'_>) -> Card {
     let worst = found.reduce(|a, b| if b.moves_px > a.moves_px { b } else { a });
     let Some(fault) = worst else {
         let text = format!("None of {} faults stands out{}.", own().count(), corrected(facts));
-        return Card { px: 0.0, text, show: Show::Pictures, remedy: None, advice: "A glass board, a camera that is warm".to_owned() };
+        return Card {
+            px: 0.0,
+            text,
+            show: Show::Pictures,
+            remedy: None,
+            advice: "A glass board, a camera that is warm".to_owned(),
+        };
     };
     let more = match own().filter(|f| f.found).count() - 1 {
         0 => String::new(),
         n => format!(" {n} more."),
     };
-    let text = format!("{}: {}; it explains {} RMS of the errors.{more}", fault.title, fault.size, px(fault.explains_px));
-    Card { px: fault.moves_px, text, show: show(fault), remedy: remedy(facts, fault), advice: advice(&fault.code).to_owned() }
+    let text = format!(
+        "{}: {}; it explains {} RMS of the errors.{more}",
+        fault.title,
+        fault.size,
+        px(fault.explains_px)
+    );
+    Card {
+        px: fault.moves_px,
+        text,
+        show: show(fault),
+        remedy: remedy(facts, fault),
+        advice: advice(&fault.code).to_owned(),
+    }
 }
 
 /// A picture that had been corrected before it came here has no distortion.
@@ -29,7 +46,11 @@ fn corrected(facts: &Facts<'_>) -> String {
     straight.params.extend_from_slice(spec.neutral);
     let bends = facts.capture.map.between(&straight, camera);
     match bends {
-        Some(bends) if spec.perspective && spec.params.len() > 4 && bends < 2.0 * facts.capture.sigma_px.max(0.05) => {
+        Some(bends)
+            if spec.perspective
+                && spec.params.len() > 4
+                && bends < 2.0 * facts.capture.sigma_px.max(0.05) =>
+        {
             "; there is no distortion, as if the pictures had been corrected already".to_owned()
         }
         _ => String::new(),
@@ -50,7 +71,7 @@ pub(in crate::calib::diagnose) fn remedy(facts: &Facts<'_>, fault: &Fault) -> Op
     match &fault.frames[..] {
         [one] => {
             let frame = frames.get(*one).filter(|f| f.included)?;
-            Some(Remedy::SetAside(vec![*one], frame.name().to_owned()))
+            Some(Remedy::SetAside(vec![*one], frame.stem().to_owned()))
         }
         _ => None,
     }

@@ -7,7 +7,8 @@ pub(super) fn card(facts: &Facts<'_>) -> Card {
     let calibration = facts.capture.calibration;
     let model = calibration.camera.model;
     if let Some(fault) = facts.found("lens_model") {
-        let larger = calibration.camera.spec().perspective && !matches!(model, Model::Rational | Model::ThinPrism | Model::Tilted);
+        let larger = calibration.camera.spec().perspective
+            && !matches!(model, Model::Rational | Model::ThinPrism | Model::Tilted);
         return Card {
             px: fault.moves_px,
             text: format!(
@@ -23,7 +24,8 @@ pub(super) fn card(facts: &Facts<'_>) -> Card {
     }
     let (cost, names) = overfit(facts);
     let text = if names.is_empty() {
-        "More terms explain no more than chance lets expect, and each that is there can be told from zero.".to_owned()
+        "More terms explain no more than chance lets expect, and each that is there can be told from zero."
+            .to_owned()
     } else {
         format!(
             "More terms explain no more than chance lets expect; {} ({}) cannot be told from zero and {} certainty.",
@@ -33,7 +35,13 @@ pub(super) fn card(facts: &Facts<'_>) -> Card {
         )
     };
     let remedy = (!names.is_empty()).then(|| Remedy::Hold(names));
-    Card { px: cost, text, show: Show::Field, remedy, advice: "Hold what the pictures do not tell".to_owned() }
+    Card {
+        px: cost,
+        text,
+        show: Show::Field,
+        remedy,
+        advice: "Hold what the pictures do not tell".to_owned(),
+    }
 }
 
 /// What terms that cannot be told from zero cost, px, and their names.
@@ -41,9 +49,12 @@ fn overfit(facts: &Facts<'_>) -> (f64, Vec<String>) {
     let calibration = facts.capture.calibration;
     let all = calibration.covariance_of_all();
     let unsure = indistinct(&calibration.camera.params, &all, 4);
-    let slots: Vec<usize> = unsure.iter().filter_map(|k| calibration.free.iter().position(|f| f == k)).collect();
+    let slots: Vec<usize> =
+        unsure.iter().filter_map(|k| calibration.free.iter().position(|f| f == k)).collect();
     let names = unsure.iter().map(|i| calibration.camera.spec().params[*i].name.to_owned()).collect();
-    let Some(mut held) = calibration.covariance.clone().cholesky().map(|c| c.inverse()) else { return (0.0, names) };
+    let Some(mut held) = calibration.covariance.clone().cholesky().map(|c| c.inverse()) else {
+        return (0.0, names);
+    };
     for &slot in &slots {
         // Held: as good as known.
         held[(slot, slot)] *= 1e9;

@@ -22,13 +22,17 @@ pub(super) fn card(facts: &Facts<'_>) -> Card {
     };
     let [small, large] = [scatter(false), scatter(true)];
     let all = ((small * small + large * large) / 2.0).sqrt();
-    let coarse = if small > LARGER * large && all > 0.0 { capture.sigma_px * beyond(1.0, large / all) } else { 0.0 };
+    let coarse =
+        if small > LARGER * large && all > 0.0 { capture.sigma_px * beyond(1.0, large / all) } else { 0.0 };
     let cost = coarse.max(capture.sigma_px * (GRID_PX / sigma0).min(1.0));
     let camera = &capture.calibration.camera;
     let [w, h] = camera.size_px.map(f64::from);
     let degrees = (1.0 / camera.intrinsics()[0]).atan().to_degrees();
     let says = if coarse > 0.0 {
-        format!("corners on the smaller half of them err by {} times those on the larger", significant(small / large, 2))
+        format!(
+            "corners on the smaller half of them err by {} times those on the larger",
+            significant(small / large, 2)
+        )
     } else {
         "corners on small ones err no more than on large ones".to_owned()
     };
@@ -37,7 +41,13 @@ pub(super) fn card(facts: &Facts<'_>) -> Card {
         significant(w * h * 1e-6, 2),
         significant(degrees, 2)
     );
-    Card { px: cost, text, show: Show::Errors, remedy: None, advice: "Larger squares, or a sensor with more pixels".to_owned() }
+    Card {
+        px: cost,
+        text,
+        show: Show::Errors,
+        remedy: None,
+        advice: "Larger squares, or a sensor with more pixels".to_owned(),
+    }
 }
 
 /// Distance to the nearest other corner of the board, and square of the error, of each used corner, px.

@@ -137,36 +137,6 @@ impl Capture {
         let calibration = solved(&problem)?;
         let report = self.report(&problem, &calibration);
         let all = faults::of_calibration(&report, &calibration, &self.target);
-        if std::env::var("DBG").is_ok() {
-            eprintln!(
-                "{:?} x{times} value {:?} sigma {:.4} aside {:?}",
-                planted.map(|p| p.code),
-                strength.as_ref().map(|s| s.value),
-                faults::MapOf::new(&calibration, &self.target).map_or(0.0, |m| m.sigma_px()),
-                calibration.set_aside
-            );
-            eprintln!(
-                "  {:?}",
-                calibration
-                    .views
-                    .iter()
-                    .map(|v| (v.indices.len(), (v.rms_px * 1e3) as i32))
-                    .collect::<Vec<_>>()
-            );
-            for f in all.iter().filter(|f| f.gain > 12.0) {
-                eprintln!(
-                    "   {} found {} gain {:.1} unknowns {} surprise {:.1} moves {:.4} {:?} {}",
-                    f.code,
-                    f.found,
-                    f.gain,
-                    f.unknowns,
-                    f.surprise,
-                    f.moves_px,
-                    f.frames.len(),
-                    f.size
-                );
-            }
-        }
         let first = all.into_iter().find(|f| f.found);
         Some(first.map_or_else(String::new, |fault| {
             let about = strength.as_ref().and_then(Strength::picture);

@@ -170,7 +170,7 @@ pub(super) const PLANTED: &[Planted] = &[
             corner.camera = Camera { model: Model::ThinPrism, size_px: corner.camera.size_px, params };
         })
     },
-    alone("foreign_picture", [1.0, 100.0], |s, _, corner| {
+    alone("foreign_picture", [1.0, 60.0], |s, _, corner| {
         zoom(corner, s.whole[0] * s.value * 1e-3);
         shift(corner, [1, 2].map(|k| s.sign(k) * s.value));
     }),
