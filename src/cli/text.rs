@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use crate::calib::{
     camera::Model,
-    diagnose,
+    diagnose::{self, Level},
     number::{counted, percent, significant, with_sigma},
     report::{Report, Solution},
 };
@@ -208,8 +208,15 @@ fn models(report: &Report) -> String {
 fn sources(report: &Report) -> String {
     let Some(sources) = &report.sources else { return String::new() };
     let mut table = Table::new("lrl");
-    for card in &sources.cards {
+    // What does not matter is named, no more.
+    let (costly, cheap): (Vec<_>, Vec<_>) = sources.cards.iter().partition(|c| c.level > Level::Good);
+    for card in costly {
         table.row([card.title.clone(), card.cost(), card.text.clone()]);
+    }
+    if !cheap.is_empty() {
+        let names: Vec<String> =
+            cheap.iter().map(|c| format!("{} {}", c.title.to_lowercase(), c.cost())).collect();
+        table.row(["Little".to_owned(), String::new(), format!("{}.", capital(&names.join("; ")))]);
     }
     let mut out = format!(
         "\nSources of error, px of the projection over 90 % of the picture (certain to {})\n{}",

@@ -6,9 +6,9 @@ use std::{
     process::Command,
 };
 
-use image::{DynamicImage, ImageFormat, imageops::FilterType};
+use image::{DynamicImage, imageops::FilterType};
 use straightedge::calib::{
-    diagnose::{self, Finding, Level, sources::Sources},
+    diagnose::{self, Level, sources::Sources},
     report::Report,
 };
 
@@ -41,7 +41,10 @@ fn three_frontal_pictures_are_not_trusted() {
     let report = report(&three);
     let verdict = diagnose::verdict(&report);
     assert_eq!((verdict.level, verdict.rms_alone.as_str()), (Level::Bad, "excellent"), "{verdict:?}");
-    assert!(verdict.sentence.contains("the focal length is only known to ±13 px"), "{}", verdict.sentence);
+    // With OpenCV's corners it was ±13 px; these scatter less.
+    let sigma = report.solution.as_ref().unwrap().sigma.get("fx").copied().flatten().unwrap();
+    assert!((7.0..14.0).contains(&sigma), "{sigma}");
+    assert!(verdict.sentence.contains("the focal length is only known to ±"), "{}", verdict.sentence);
     // Diversity, or the flat board, is what it costs; it is no fault of anything.
     let first = &sources(&report).cards[0];
     assert!(["diversity", "degeneracy", "corners", "lens_model"].contains(&first.code.as_str()), "{first:?}");
@@ -66,34 +69,37 @@ fn an_untouched_set_is_not_blamed() {
 #[test]
 fn pictures_that_do_not_belong_head_the_findings() {
     let (Some(left), Some(right)) = (data("opencv_left"), data("opencv_right")) else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    let save =
-        |picture: DynamicImage, name: &str| picture.save_with_format(at(name), ImageFormat::Png).unwrap();
-    save(image::open(left.join("left05.jpg")).unwrap().fliph(), "mirrored.png");
+    let mirrored = image::open(left.join("left05.jpg")).unwrap().fliph();
     // The middle, enlarged by a quarter: a longer focal length.
     let picture = image::open(left.join("left02.jpg")).unwrap();
     let (w, h) = (picture.width(), picture.height());
     let large = picture.resize_exact(w * 5 / 4, h * 5 / 4, FilterType::CatmullRom);
-    save(large.crop_imm(w / 8, h / 8, w, h), "zoomed.png");
-    save(image::open(right.join("right06.jpg")).unwrap(), "foreign.png");
-    for (name, titles) in [
-        ("mirrored.png", &["is mirrored"][..]),
-        ("zoomed.png", &["another zoom"]),
-        ("foreign.png", &["from another camera", "does not belong", "another zoom", "pulls the camera away"]),
+    let zoomed = large.crop_imm(w / 8, h / 8, w, h);
+    // Of the twin camera beside it.
+    let foreign = image::open(right.join("right12.jpg")).unwrap();
+    for (picture, title) in [
+        (mirrored, "left20 is mirrored"),
+        (zoomed, "left20 has another zoom"),
+        (foreign, "left20 is from another camera"),
     ] {
-        let mut list = pictures(&left);
-        list.push(at(name));
-        let report = report(&list);
-        let findings: Vec<Finding> = diagnose::findings(&report);
+        let folder = tempfile::tempdir().unwrap();
+        let mut list = Vec::new();
+        for own in pictures(&left) {
+            list.push(folder.path().join(own.file_name().unwrap()));
+            fs::copy(&own, list.last().unwrap()).unwrap();
+        }
+        list.push(folder.path().join("left20.jpg"));
+        save(&picture, list.last().unwrap(), 95);
+        let findings = diagnose::findings(&report(&list));
         let first = &findings[0];
-        let stem = name.split('.').next().unwrap();
-        assert!(
-            first.title.contains(stem) && titles.iter().any(|t| first.title.contains(t)),
-            "{name}: {findings:#?}"
-        );
-        assert!(first.level >= Level::Warn, "{name}: {first:?}");
+        assert!(first.title == title && first.level == Level::Warn, "{title}: {findings:#?}");
     }
+}
+
+fn save(picture: &DynamicImage, path: &Path, quality: u8) {
+    let mut file = fs::File::create(path).unwrap();
+    let mut encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut file, quality);
+    encoder.encode_image(&picture.to_luma8()).unwrap();
 }
 
 #[test]
@@ -103,14 +109,10 @@ fn five_copies_of_each_picture_count_as_one() {
     let copies = tempfile::tempdir().unwrap();
     let mut list = Vec::new();
     for picture in pictures(&folder) {
-        let name = picture.file_stem().unwrap().to_str().unwrap().to_owned();
-        let gray = image::open(&picture).unwrap().into_luma8();
+        let picture = image::open(&picture).unwrap();
         for quality in [95, 90, 85, 80, 75] {
-            let path = copies.path().join(format!("{name}_{quality}.jpg"));
-            let mut file = fs::File::create(&path).unwrap();
-            let mut encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut file, quality);
-            encoder.encode_image(&gray).unwrap();
-            list.push(path);
+            list.push(copies.path().join(format!("{:03}.jpg", list.len())));
+            save(&picture, list.last().unwrap(), quality);
         }
     }
     let many = report(&list);

@@ -73,6 +73,8 @@ const NOTABLE_PX: f64 = 0.003;
 const PENALTY: f64 = 2.5;
 /// Share of the fall that counts, to be preferred, of a hypothesis with unknowns for each picture.
 const OF_EACH: f64 = 0.8;
+/// Gain for each of its unknowns from which such a hypothesis is believed.
+const OF_EACH_GAIN: f64 = 3.0;
 /// Faults that are found at most.
 const MOST: usize = 3;
 /// Rounds of refinement with what was found.
@@ -147,6 +149,8 @@ struct Best {
     unknowns: usize,
     /// Fall of the squares, px².
     fall: f64,
+    /// How far the map moves, and how far beyond chance, px.
+    moved_px: f64,
     moves_px: f64,
 }
 
@@ -259,6 +263,7 @@ impl<'a> Capture<'a> {
                 fit,
                 unknowns,
                 fall,
+                moved_px: 0.0,
                 moves_px: 0.0,
             })
         });
@@ -267,12 +272,15 @@ impl<'a> Capture<'a> {
         let mut alone = best.fit.clone();
         alone.intrinsics -= &known.intrinsics;
         alone.theta.iter_mut().zip(&known.theta).for_each(|(v, before)| *v -= before);
-        let moved = self.moves_px(&[base, &best.terms].concat(), &alone);
+        best.moved_px = self.moves_px(&[base, &best.terms].concat(), &alone);
         // Terms that hardly show scatter, and move the camera by chance: that is no effect.
         let still = |_: &Vector2<f64>| Vector2::zeros();
         let own = best.fit.scatter.row_iter().skip(base.len());
         let chance: f64 = own.map(|row| self.map.moves(&row.transpose(), &still).powi(2)).sum();
-        best.moves_px = (moved * moved - best.fit.noise * chance).max(0.0).sqrt();
+        // What belongs to the lens makes good what the intrinsics do.
+        let of_lens = best.terms.iter().any(|t| Column::LENS.contains(&t.column.index()));
+        let chance = if of_lens { 0.0 } else { best.fit.noise * chance };
+        best.moves_px = (best.moved_px.powi(2) - chance).max(0.0).sqrt();
         Some(best)
     }
 
@@ -297,8 +305,13 @@ impl<'a> Capture<'a> {
         Some(())
     }
 
-    fn is_fault(&self, best: &Best) -> bool {
-        best.surprise() > SURPRISING && best.moves_px > (NOTABLE * self.sigma_px).max(NOTABLE_PX)
+    /// Whether what is beyond chance is also large enough to be believed, and to matter.
+    fn is_believed(&self, best: &Best) -> bool {
+        // Boards that give way, each in its own manner, look a little like anything that may differ from picture to picture.
+        if best.is_of_each() && best.gain() < OF_EACH_GAIN * best.unknowns as f64 {
+            return false;
+        }
+        best.moved_px > (NOTABLE * self.sigma_px).max(NOTABLE_PX)
     }
 
     fn fault(&self, hypothesis: &Hypothesis, best: &Best, found: bool) -> Fault {
@@ -342,7 +355,8 @@ fn fitted(capture: &Capture<'_>) -> Option<Vec<Fault>> {
         let rest = HYPOTHESES.iter().filter(|h| !list.iter().any(|f| f.code == h.code));
         let mut tried: Vec<(&Hypothesis, Best)> =
             rest.filter_map(|h| Some((h, capture.best(&linear, h, &base, &known)?))).collect();
-        let mut likely: Vec<usize> = (0..tried.len()).filter(|k| capture.is_fault(&tried[*k].1)).collect();
+        let mut likely: Vec<usize> =
+            (0..tried.len()).filter(|k| tried[*k].1.surprise() > SURPRISING).collect();
         if list.len() == MOST {
             likely.clear();
         }
@@ -351,7 +365,9 @@ fn fitted(capture: &Capture<'_>) -> Option<Vec<Fault>> {
         }
         let noise = likely.iter().map(|k| tried[*k].1.fit.noise).fold(f64::INFINITY, f64::min);
         let rank = |k: &usize| tried[*k].1.rank(noise);
-        let Some(next) = likely.into_iter().max_by(|a, b| rank(a).total_cmp(&rank(b))) else {
+        // The best explanation must be believed: the next best would be a wrong one.
+        let best = likely.into_iter().max_by(|a, b| rank(a).total_cmp(&rank(b)));
+        let Some(next) = best.filter(|k| capture.is_believed(&tried[*k].1)) else {
             list.extend(tried.iter().map(|(h, best)| capture.fault(h, best, false)));
             return Some(list);
         };

@@ -28,8 +28,8 @@ type Objection = Option<(Level, String)>;
 const CHECKS: &[fn(&Facts<'_>, &Solution) -> Objection] = &[
     not_converged,
     absurd_focal,
-    absurd_lens,
     unsure_focal,
+    absurd_lens,
     unsure_middle,
     misfit,
     too_few,

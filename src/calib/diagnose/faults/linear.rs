@@ -22,9 +22,9 @@ use crate::calib::{
 };
 
 /// Degree of the polynomials of a view's smooth displacements.
-const SMOOTH_DEGREE: i32 = 3;
+const SMOOTH_DEGREE: i32 = 2;
 /// Their number: (degree + 1)(degree + 2)/2 for each coordinate.
-const SMOOTH: usize = 20;
+const SMOOTH: usize = 12;
 /// Share of a column (of its square) that must be left beside the others for it to count.
 const INDEPENDENT: f64 = 1e-4;
 
@@ -237,7 +237,7 @@ impl<'a> Linear<'a> {
                 let matrix = s.view((from, from), (SMOOTH, SMOOTH)).into_owned();
                 let before: Vec<f64> = (0..SMOOTH).map(|k| matrix[(k, k)]).collect();
                 let solved = solve(matrix, &before, DMatrix::from_column_slice(SMOOTH, 1, right.as_slice()));
-                let freedom = solved.rank.checked_sub(alone).filter(|n| *n > 3)? as f64;
+                let freedom = solved.rank.checked_sub(alone).filter(|n| *n > 1)? as f64;
                 // Median of χ² over its mean (Wilson and Hilferty).
                 Some(solved.gain / freedom / (1.0 - 2.0 / (9.0 * freedom)).powi(3))
             })
