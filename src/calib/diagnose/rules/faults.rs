@@ -27,10 +27,14 @@ fn one(facts: &Facts<'_>, fault: &Fault) -> Finding {
     let text = if aside {
         format!("{what}It would be harmful: it contradicts all others and is set aside.")
     } else {
+        let moves = if fault.moves_px < 0.001 {
+            "no further than chance would".to_owned()
+        } else {
+            format!("by {} px", significant(fault.moves_px, 2))
+        };
         format!(
-            "{what}It explains {} px RMS of the errors and moves the projection by {} px. {}.",
+            "{what}It explains {} px RMS of the errors and moves the projection {moves}. {}.",
             significant(fault.explains_px, 2),
-            significant(fault.moves_px, 2),
             sources::advice(&fault.code)
         )
     };

@@ -34,7 +34,7 @@ pub(super) fn card(facts: &Facts<'_>) -> Card {
             if names.len() == 1 { "costs" } else { "cost" }
         )
     };
-    let remedy = (!names.is_empty()).then(|| Remedy::Hold(names));
+    let remedy = (!names.is_empty()).then_some(Remedy::Hold(names));
     Card {
         px: cost,
         text,

@@ -153,10 +153,10 @@ pub(super) const PLANTED: &[Planted] = &[
         shift(corner, [0, 1].map(|k| s.sign(k) * s.value * when(spot)));
     }),
     planted("shifted_pictures", [1.0, 60.0], |s, spot, corner| {
-        shift(corner, s.each[spot.view].map(|e| e * s.value))
+        shift(corner, s.each[spot.view].map(|e| e * s.value));
     }),
     planted("rolling_shutter", [0.5, 30.0], |s, spot, corner| {
-        corner.rows = Vector2::from(s.each[spot.view]) * s.value
+        corner.rows = Vector2::from(s.each[spot.view]) * s.value;
     }),
     Planted {
         of_camera: true,
