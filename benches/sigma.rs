@@ -108,22 +108,41 @@ fn study(page: &mut String, title: &str, scene: &Scene, options: Options) -> boo
 /// What is beyond these 95 % of a normal distribution in the plane, in units of the covariance: −2 ln 0.05.
 const ELLIPSE: f64 = 5.991_464_547;
 
+/// Sums over the solves at a pixel.
+#[derive(Clone, Copy, Default)]
+struct Place {
+    /// Second moments of the shift.
+    moments: Matrix2<f64>,
+    /// Squares of σ.
+    variance: f64,
+    /// Ellipses that hold the pixel.
+    held: u32,
+    /// Solves whose camera sees it; one that folds there has no answer, and says so.
+    seen: u32,
+}
+
 /// The projection at 20 pixels and two ranges.
 struct Places {
     poses: Vec<Pose>,
     pixels: Vec<Vector2<f64>>,
-    /// For both ranges and each pixel: second moments of the shift, sum of the squares of σ, ellipses that hold the pixel.
-    sums: [Vec<(Matrix2<f64>, f64, u32)>; 2],
+    /// For both ranges and each pixel.
+    sums: [Vec<Place>; 2],
 }
 
 impl Places {
     fn new(scene: &Scene) -> Self {
-        let [w, h] = scene.camera.size_px.map(|n| f64::from(n) - 1.0);
-        // From corner to corner.
-        let pixels: Vec<_> =
-            (0..20).map(|i| Vector2::new(w * f64::from(i % 5) / 4.0, h * f64::from(i / 5) / 3.0)).collect();
+        let [w, h] = scene.camera.size_px.map(f64::from);
+        // The middles of 5 × 4 cells.
+        let pixels: Vec<_> = (0..20)
+            .map(|i| {
+                Vector2::new(
+                    w * f64::from(i % 5 * 2 + 1) / 10.0 - 0.5,
+                    h * f64::from(i / 5 * 2 + 1) / 8.0 - 0.5,
+                )
+            })
+            .collect();
         let pose = |view| scene.camera_from_board(view).expect("a pose of the scene");
-        let sums = vec![(Matrix2::zeros(), 0.0, 0); pixels.len()];
+        let sums = vec![Place::default(); pixels.len()];
         Self { poses: (0..scene.poses.len()).map(pose).collect(), pixels, sums: [sums.clone(), sums] }
     }
 
@@ -133,7 +152,7 @@ impl Places {
         for (range, sums) in [there, 1e9].into_iter().zip(&mut self.sums) {
             let told = uncertainty::covariances(got, &target, Range::At(range), &self.pixels);
             for ((px, told), sum) in self.pixels.iter().zip(told).zip(sums) {
-                let told = told.expect("the camera is determined");
+                let Some(told) = told else { continue };
                 let point =
                     Point3::from(scene.camera.unproject(px).expect("the true camera sees it") * range);
                 let back = |(view, pose): (&straightedge::calib::solution::View, &Pose)| {
@@ -141,11 +160,13 @@ impl Places {
                 };
                 let mean = got.views.iter().zip(&self.poses).map(back).sum::<Vector3<f64>>()
                     / self.poses.len() as f64;
-                let shift = got.camera.project(&mean.into()).expect("it is seen") - px;
-                sum.0 += shift * shift.transpose();
-                sum.1 += told.symmetric_eigenvalues().max();
+                let Some(there) = got.camera.project(&mean.into()) else { continue };
+                let shift = there - px;
+                sum.seen += 1;
+                sum.moments += shift * shift.transpose();
+                sum.variance += told.symmetric_eigenvalues().max();
                 let inverse = told.try_inverse().expect("σ is not zero");
-                sum.2 += u32::from((shift.transpose() * inverse * shift).x < ELLIPSE);
+                sum.held += u32::from((shift.transpose() * inverse * shift).x < ELLIPSE);
             }
         }
     }
@@ -160,9 +181,11 @@ impl Places {
         let mut honest = true;
         for (i, px) in self.pixels.iter().enumerate() {
             let _ = write!(page, "| {:.0}, {:.0} |", px.x, px.y);
-            for (moments, variance, held) in self.sums.iter().map(|s| s[i]) {
-                let scatter = (moments / n).symmetric_eigenvalues().max().sqrt();
-                let (sigma, covered) = ((variance / n).sqrt(), f64::from(held) / n);
+            for place in self.sums.iter().map(|s| s[i]) {
+                let seen = f64::from(place.seen.max(1));
+                let scatter = (place.moments / seen).symmetric_eigenvalues().max().sqrt();
+                // Those without an answer hold nothing.
+                let (sigma, covered) = ((place.variance / seen).sqrt(), f64::from(place.held) / n);
                 let ratio = scatter / sigma;
                 honest &= (0.9..=1.1).contains(&ratio) && (0.93..=0.97).contains(&covered);
                 let _ = write!(page, " {scatter:.4} | {sigma:.4} | {ratio:.3} | {:.1} % |", 100.0 * covered);

@@ -235,6 +235,7 @@ impl App {
             Command::PickFolder => self.inbox.pick_folder(),
             Command::PickPictures => self.inbox.pick_pictures(),
             Command::OpenSession => self.inbox.pick_session(),
+            Command::PickCamera => self.inbox.pick_camera(),
             Command::OpenPaths(paths) => self.open(paths),
             Command::Save { name, content } => self.inbox.save(&name, content),
             Command::SaveSession => self.inbox.save_session(Session::of(&self.state), self.home.copies()),
@@ -255,6 +256,13 @@ impl App {
             && session.extension().is_some_and(|e| e == session::EXTENSION)
         {
             return self.inbox.open_session(session.clone(), self.home.copy_of(session));
+        }
+        // Beside pictures that are open a camera file is a calibration to compare with.
+        if let [camera] = &paths[..]
+            && !self.state.doc.frames.is_empty()
+            && files::is_camera(camera)
+        {
+            return self.inbox.open_camera(camera.clone());
         }
         self.home.opened(&paths);
         self.state.recent.clone_from(&self.home.recent);

@@ -5,7 +5,10 @@
 
 pub use engine::*;
 
+pub mod advice;
 pub mod board;
+pub mod check;
+pub mod compare;
 pub mod diagnose;
 pub mod experiment;
 pub mod figure;
@@ -13,5 +16,7 @@ pub mod format;
 pub mod html;
 pub mod npy;
 pub mod report;
+pub mod safe;
 pub mod stmap;
 pub mod survey;
+pub mod twin;

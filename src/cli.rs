@@ -6,6 +6,8 @@
 mod args;
 mod board;
 mod calibrate;
+mod check;
+mod compare;
 mod convert;
 mod detect;
 mod experiment;
@@ -17,7 +19,10 @@ mod pose;
 mod stmap;
 mod synth;
 mod text;
+mod twin;
 mod undistort;
+mod validate;
+mod watch;
 
 use std::{path::PathBuf, process::ExitCode};
 
@@ -49,6 +54,11 @@ enum Command {
     Experiment(experiment::Args),
     Board(board::Args),
     Stmap(stmap::Args),
+    Twin(twin::Args),
+    Check(check::Args),
+    Compare(compare::Args),
+    Validate(validate::Args),
+    Watch(watch::Args),
 }
 
 /// Ran, but there is no calibration.
@@ -71,6 +81,11 @@ pub fn main(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>) -> Exit
         Some(Command::Experiment(args)) => experiment::run(&args),
         Some(Command::Board(args)) => board::run(&args),
         Some(Command::Stmap(args)) => stmap::run(&args),
+        Some(Command::Twin(args)) => twin::run(&args),
+        Some(Command::Check(args)) => check::run(&args),
+        Some(Command::Compare(args)) => compare::run(&args),
+        Some(Command::Validate(args)) => validate::run(&args),
+        Some(Command::Watch(args)) => watch::run(&args),
     };
     ran.unwrap_or_else(|error| fail(&error))
 }
@@ -92,7 +107,7 @@ fn open(window: fn(Vec<PathBuf>) -> std::result::Result<(), String>, paths: Vec<
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
             say(&format!(
-                "no window: {why}. Without one: straightedge calibrate | detect | undistort | convert | pose | synth | experiment | board | stmap (--help)"
+                "no window: {why}. Without one: straightedge calibrate | detect | undistort | convert | pose | synth | experiment | board | stmap | check | compare | validate | watch | twin (--help)"
             ));
             ExitCode::from(NO_RESULT)
         }

@@ -11,6 +11,7 @@ mod other;
 pub mod photo;
 pub mod raster;
 pub mod store;
+pub mod validate;
 
 use std::{
     any::Any,
@@ -25,6 +26,7 @@ use web_time::Instant;
 
 use crate::calib::{
     Error, Result,
+    advice::{Advice, Goal},
     calibrate::Comparison,
     camera::Camera,
     detect::{self, Detection},
@@ -101,6 +103,8 @@ pub enum Job {
     Weigh(Box<Evidence>),
     /// Add the sources of error to evidence.
     Sources(Box<Evidence>),
+    /// What to photograph next.
+    Advise(Box<Evidence>, Goal),
     /// Compare camera models on what would be calibrated.
     Compare(Box<Case>),
     /// Read a picture to be shown.
@@ -151,9 +155,12 @@ impl Job {
                 Source::View { .. } => None,
             },
             Self::Develop { path, .. } => Some(path),
-            Self::Evidence(_) | Self::Weigh(_) | Self::Sources(_) | Self::Compare(_) | Self::Ablate(_) => {
-                None
-            }
+            Self::Evidence(_)
+            | Self::Weigh(_)
+            | Self::Sources(_)
+            | Self::Advise(..)
+            | Self::Compare(_)
+            | Self::Ablate(_) => None,
         }
     }
 }
@@ -165,6 +172,8 @@ pub enum Output {
     Inspection(Box<Inspection>),
     /// Of [`Job::Evidence`], [`Job::Weigh`] and [`Job::Sources`].
     Evidence(Box<Evidence>),
+    /// Of [`Job::Advise`].
+    Advice(Box<Advice>),
     /// Of [`Job::Compare`].
     Compared(Box<Comparison>),
     /// Of [`Job::Look`] and [`Job::Thumbnail`].
@@ -258,6 +267,7 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
             evidence::with_sources(&mut found, &mut |share| report(Progress(share)))?;
             Ok(Output::Evidence(found))
         }
+        Job::Advise(found, goal) => Ok(Output::Advice(Box::new(evidence::advised(&found, goal)))),
         Job::Compare(case) => evidence::compared(&case, &mut |share| report(Progress(share)))
             .map(|c| Output::Compared(Box::new(c))),
         Job::Look { source } => Ok(Output::Raster(Raster::of(source.read(Colours::Keep)?.photo))),

@@ -4,13 +4,14 @@ use std::{path::PathBuf, sync::Arc};
 
 use super::{
     export::Content,
+    panels::{PANELS, Tile, lens},
     plan,
-    screen::Screen,
+    screen::{Beside, Screen},
     session::Session,
     state::{Answer, Document, Frame, Notice, Shown, State},
 };
 use crate::{
-    calib::{Error, Result, synth::Scene},
+    calib::{Error, Result, advice::Advice, synth::Scene},
     job::{Key, Output, Reply, Source},
 };
 
@@ -46,6 +47,8 @@ pub enum Action {
     Resume,
     /// A job has answered.
     Finished(Box<Reply>),
+    /// A calibration was opened to be compared.
+    Beside(Box<Beside>),
     /// Something to tell.
     Tell(Notice),
     /// Something that only the application itself can do: it has files and windows.
@@ -82,6 +85,8 @@ pub enum Command {
     Locate,
     /// Ask for a session.
     OpenSession,
+    /// Ask for a camera file to compare with.
+    PickCamera,
     /// Put the panels back into their places.
     ResetLayout,
     /// Put a text on the clipboard.
@@ -94,7 +99,12 @@ impl State {
         self.revision += 1;
         if !matches!(
             action,
-            Action::Show(_) | Action::Tell(_) | Action::Do(_) | Action::Stop | Action::Resume
+            Action::Show(_)
+                | Action::Beside(_)
+                | Action::Tell(_)
+                | Action::Do(_)
+                | Action::Stop
+                | Action::Resume
         ) {
             self.content += 1;
         }
@@ -131,6 +141,14 @@ impl State {
             Action::Stop => self.data.stopped = true,
             Action::Resume => self.data.stopped = false,
             Action::Finished(reply) => self.finished(*reply),
+            Action::Beside(beside) => {
+                self.screen.beside = Some(Arc::new(*beside));
+                let tile = Tile::Lens;
+                self.screen.center = tile;
+                let pages = PANELS[tile.index()].pages;
+                self.screen.pages[tile.index()] =
+                    pages.iter().position(|p| p.name == lens::COMPARE).unwrap_or(0);
+            }
             Action::Tell(notice) => self.screen.notice = Some(notice),
             Action::Do(_) => {}
         }
@@ -232,6 +250,14 @@ impl State {
                 self.data.effects.insert(number, outcome);
             }
             Some(kind @ (plan::Kind::Weigh | plan::Kind::Sources)) => self.grown(kind, key, result),
+            Some(plan::Kind::Advise) => {
+                // Where it fails it is not asked for again: the camera stands without it.
+                let goal = self.doc.goal;
+                self.data.advice = Some(match result {
+                    Ok(Output::Advice(advice)) => (key, *advice),
+                    _ => (key, Advice::first(goal)),
+                });
+            }
             Some(plan::Kind::Compare) => {
                 let outcome = match result {
                     Ok(Output::Compared(comparison)) => Ok(*comparison),

@@ -259,7 +259,9 @@ fn report(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer) {
     ui.label(text(words, font::regular(font::SMALL), t.text2));
     ui.add_space(6.0);
     if primary(ui, t, icon::SAVE, "Save report…", 26.0).clicked() {
-        let content = Content::Page(Arc::new(answer.report().clone()));
+        let mut report = answer.report().clone();
+        report.advice = cx.state.data.advice(cx.state.doc.goal);
+        let content = Content::Page(Arc::new(report));
         cx.ask(Command::Save { name: "report.html".to_owned(), content });
     }
 }

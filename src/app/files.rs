@@ -10,11 +10,18 @@ pub use native::Place;
 #[cfg(target_arch = "wasm32")]
 pub use web::Place;
 
-use std::{path::PathBuf, sync::mpsc};
+use std::{
+    path::{Path, PathBuf},
+    sync::mpsc,
+};
 
-use super::{action::Action, state::Notice};
+use super::{action::Action, screen::Beside, state::Notice};
 use crate::{
-    calib::Result,
+    calib::{
+        Result,
+        compare::Side,
+        format::{self, FORMATS},
+    },
     job::{Source, photo},
 };
 
@@ -72,6 +79,29 @@ fn opened(paths: &[PathBuf], files: Result<Vec<PathBuf>>, replace: bool) -> Acti
             let sources = files.into_iter().map(Source::File).collect();
             if replace { Action::Open(sources) } else { Action::Add(sources) }
         }
+        Err(error) => tell_bad(error.to_string()),
+    }
+}
+
+/// Extensions of camera files.
+fn camera_extensions() -> Vec<&'static str> {
+    FORMATS.iter().flat_map(|f| f.usual).copied().collect()
+}
+
+/// Whether the name of a file is that of a camera file.
+pub fn is_camera(path: &Path) -> bool {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    extension.is_some_and(|e| camera_extensions().contains(&e.as_str()))
+}
+
+/// What opening a camera file comes to.
+fn camera(path: &Path, text: Result<String>) -> Action {
+    let name = path.display().to_string();
+    match text.and_then(|text| format::read(&text, &name)) {
+        Ok(file) => Action::Beside(Box::new(Beside {
+            name: path.file_name().map_or(name, |n| n.to_string_lossy().into_owned()),
+            side: Side::from(&file),
+        })),
         Err(error) => tell_bad(error.to_string()),
     }
 }

@@ -50,6 +50,8 @@ pub enum Kind {
     Weigh,
     /// What may be wrong with the calibration.
     Sources,
+    /// What to photograph next.
+    Advise,
 }
 
 impl Kind {
@@ -65,6 +67,7 @@ impl Kind {
             8 => Some(Self::Compare),
             9 => Some(Self::Weigh),
             12 => Some(Self::Sources),
+            10 => Some(Self::Advise),
             5 => Some(Self::Thumbnail(FrameId(key.0 as u32))),
             _ => None,
         }
@@ -83,6 +86,7 @@ impl Kind {
             Self::Compare => (8, content),
             Self::Weigh => (9, content),
             Self::Sources => (12, content),
+            Self::Advise => (10, content),
         };
         Key((kind << 120) | (content & (u128::MAX >> 8)))
     }
@@ -173,6 +177,7 @@ impl State {
             key: Kind::Thumbnail(frame.id).key(u128::from(self.prints.borrow_mut().of(&frame.source))),
             job: Job::Thumbnail { source: frame.source.clone(), longest_px: THUMBNAIL_PX },
         }));
+        plan.then.extend(self.advising());
         plan.then.extend(self.weighing());
         plan.then.extend(self.comparison());
         if self.screen.lab == Some(lab::Part::Ablation) {
@@ -255,6 +260,22 @@ impl State {
         } else {
             Request { key: Kind::Weigh.key(answer.key.0), job: Job::Weigh(evidence) }
         })
+    }
+
+    /// Advice is for the camera shown, once it is complete and no other is wanted.
+    fn advising(&self) -> Option<Request> {
+        let (answer, _) = self.data.solved().filter(|(a, _)| a.complete)?;
+        if evidence_key(self) != Some(answer.key) {
+            return None;
+        }
+        let goal = self.doc.goal;
+        let mut hash = SipHasher13::new();
+        (answer.key.0, goal.to_string()).hash(&mut hash);
+        let key = Kind::Advise.key(hash.finish128().into());
+        if self.data.advice.as_ref().is_some_and(|a| a.0 == key) {
+            return None;
+        }
+        Some(Request { key, job: Job::Advise(Box::new(answer.evidence.clone()), goal) })
     }
 
     /// Models are compared on what the camera shown was calibrated from, once that is complete.

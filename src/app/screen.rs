@@ -1,9 +1,11 @@
 //! What is on the screen: not saved with a session, not undone.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::{lab::Part, panels::Tile, state::Notice};
-use crate::calib::observation::FrameId;
+use crate::calib::{compare::Side, observation::FrameId};
 
 /// What is drawn over a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -141,6 +143,15 @@ pub enum Dialog {
     Board,
 }
 
+/// A calibration that was opened to be compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Beside {
+    /// Name of its file.
+    pub name: String,
+    /// The calibration.
+    pub side: Side,
+}
+
 /// Everything that is shown and not saved with a session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Screen {
@@ -172,6 +183,8 @@ pub struct Screen {
     pub component: usize,
     /// How the 3-D view is turned.
     pub orbit: Orbit,
+    /// Whether the certainty is that of points far away, instead of those as far as the boards were.
+    pub far: bool,
     /// Whether *more* is unfolded in the answer.
     pub more: bool,
     /// Whether the camera models are compared in the background: once someone has looked at the lens.
@@ -180,6 +193,8 @@ pub struct Screen {
     pub unlocked: bool,
     /// The open page of the lab.
     pub lab: Option<Part>,
+    /// A calibration beside the one found.
+    pub beside: Option<Arc<Beside>>,
     /// What stands over the window.
     pub dialog: Option<Dialog>,
     /// What is to be told.
@@ -203,10 +218,12 @@ impl Default for Screen {
             swipe: 0.5,
             component: 2,
             orbit: Orbit::default(),
+            far: false,
             more: false,
             comparing: false,
             unlocked: false,
             lab: None,
+            beside: None,
             dialog: None,
             notice: None,
         }

@@ -17,6 +17,7 @@ use super::{
 use crate::{
     calib::{
         Error,
+        advice::{Advice, Goal},
         board::Design,
         calibrate::{Comparison, Fix, Loss, Weights},
         camera::Model,
@@ -72,6 +73,8 @@ pub struct Document {
     pub fov_deg: Option<f64>,
     /// Error above which pictures are named, px.
     pub threshold_px: f64,
+    /// How sure the camera shall be, for the advice on what to photograph next.
+    pub goal: Goal,
     /// The next picture's.
     pub next_id: u32,
 }
@@ -92,6 +95,7 @@ impl Default for Document {
             projection: Projection::default(),
             fov_deg: None,
             threshold_px: 1.0,
+            goal: Goal::default(),
             next_id: 0,
         }
     }
@@ -248,6 +252,8 @@ pub struct Data {
     pub effects: BTreeMap<u32, std::result::Result<Numbers, String>>,
     /// The camera models side by side, with what that was made from; or why they are not.
     pub compared: Option<(Key, std::result::Result<Comparison, String>)>,
+    /// What to photograph next, with what that was made from.
+    pub advice: Option<(Key, Advice)>,
     /// Whether the user stopped the reading of pictures.
     pub stopped: bool,
     /// Wall time from opening to the last answer, ms.
@@ -255,6 +261,15 @@ pub struct Data {
 }
 
 impl Data {
+    /// What to photograph next, once all pictures were looked at: with a camera what was computed, without one what always helps.
+    pub fn advice(&self, goal: Goal) -> Option<Advice> {
+        let answer = self.answer.as_deref().filter(|a| a.complete)?;
+        match answer.solution() {
+            Some(_) => self.advice.as_ref().map(|(_, advice)| advice.clone()),
+            None => Some(Advice::first(goal)),
+        }
+    }
+
     /// The answer where it has a camera.
     pub fn solved(&self) -> Option<(&Answer, &Solution)> {
         let answer = self.answer.as_deref()?;

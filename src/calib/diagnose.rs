@@ -21,6 +21,9 @@ use super::{
 };
 use facts::Facts;
 
+/// σ of the focal length beyond which nothing can be measured with the camera, as a share of it.
+pub(super) const UNSURE_FOCAL: f64 = 0.01;
+
 /// How serious something is, worse ones later.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

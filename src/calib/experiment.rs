@@ -11,6 +11,7 @@
 //! Everything is computed in memory; the command line writes it.
 
 pub mod ablate;
+pub mod advice;
 pub mod claims;
 pub mod document;
 pub mod evidence;

@@ -8,11 +8,13 @@ mod axes;
 mod errors;
 mod maps;
 mod overlay;
+mod series;
 mod svg;
 
 pub use errors::{Bar, THRESHOLD_PX, cumulative, error_bars, error_versus, histogram};
 pub use maps::{Grid, Scale, coverage_density, coverage_points, map};
 pub use overlay::{Pair, before_after, contact_sheet, corner_order, reprojection};
+pub use series::{Point, series};
 pub use svg::Panel;
 
 /// Colours of the figures.

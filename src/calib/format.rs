@@ -33,6 +33,8 @@ use nalgebra::DMatrix;
 use super::{
     Error, Result,
     camera::{Camera, refit::grid},
+    compare::date,
+    html::embedded,
     lens::Lens,
     observation::Corner,
     pose::Pose,
@@ -131,6 +133,8 @@ pub struct Evidence {
     pub free: Vec<usize>,
     /// What is seen beyond the camera, as a displacement over the picture.
     pub residual: Option<Field>,
+    /// The part of the picture that corners support, as a polygon, px.
+    pub safe: Option<Vec<[f64; 2]>>,
     /// The pictures.
     pub frames: Vec<Frame>,
 }
@@ -150,15 +154,36 @@ impl From<&Report> for Evidence {
         Self {
             make: group.and_then(|g| g.make.clone()),
             camera_model: group.and_then(|g| g.model.clone()),
+            date: report.taken().and_then(date::days).map(date::iso),
             board: settings.board,
             square: Some(settings.square),
             unit: Some(settings.unit),
             rms_px: solution.map(|s| s.rms_px),
             sigma: solution.map(|s| s.sigma.iter().map(|(_, v)| *v).collect()).unwrap_or_default(),
             residual: solution.and_then(|s| s.residual_map.as_ref()?.field.clone()),
+            safe: solution.and_then(|s| Some(s.safe_region.as_ref()?.polygon_px.clone())),
             frames: report.included().map(frame).collect(),
             ..Self::default()
         }
+    }
+}
+
+impl Evidence {
+    /// The covariance over all parameters of the camera in the model's order, zero where fixed; `None` where it is not known.
+    pub fn covariance_of_all(&self, camera: &Camera) -> Option<DMatrix<f64>> {
+        let n = camera.params.len();
+        let small = self.covariance.as_ref()?;
+        let free = &self.free;
+        if small.nrows() != free.len() || small.ncols() != free.len() || free.iter().any(|i| *i >= n) {
+            return None;
+        }
+        let mut full = DMatrix::zeros(n, n);
+        for (a, i) in free.iter().enumerate() {
+            for (b, j) in free.iter().enumerate() {
+                full[(*i, *j)] = small[(a, b)];
+            }
+        }
+        Some(full)
     }
 }
 
@@ -288,6 +313,8 @@ pub fn read(text: &str, file: &str) -> Result<CameraFile> {
         return Err(Error::format(file, "larger than 512 MB: this is not a camera file"));
     }
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    // A page of ours is its report.
+    let text = embedded(text).unwrap_or(text);
     if text.trim().is_empty() {
         return Err(Error::format(file, "the file is empty: export the camera again"));
     }

@@ -2,6 +2,7 @@
 //!
 //! The whole JSON of the run is embedded, so the page alone can be checked and reproduced. Light, dark and printed.
 
+mod embedded;
 mod figures;
 mod tables;
 mod text;
@@ -11,7 +12,9 @@ use super::{
     number::counted,
     report::Report,
 };
-use text::escape;
+pub use embedded::{embedded, is_as_written};
+pub(super) use figures::{figure, row};
+pub(super) use text::escape;
 
 /// Writes the page.
 pub fn page(report: &Report) -> String {
@@ -30,6 +33,7 @@ pub fn page(report: &Report) -> String {
         tone(level),
         escape(&verdict)
     );
+    body += &tables::advice(report);
     body += &tables::warnings(report);
     if let Some(solution) = &report.solution {
         body += &section("Camera", &(tables::camera(solution) + &tables::certainty(report, solution)));
@@ -54,22 +58,30 @@ pub fn page(report: &Report) -> String {
     body += &section("Settings", &tables::settings(report));
     body += &section("Conventions", text::CONVENTIONS);
     body += &section("All numbers", text::NUMBERS);
+    // Inside a script only the end of the element matters; in JSON this is the same text.
+    let json = report.to_json().replace('<', "\\u003c");
+    document(
+        &title,
+        &report.version,
+        &body,
+        &format!("{}\n{json}</script>\n<script>{}</script>\n", embedded::OPEN, text::SAVE),
+    )
+}
+
+/// A page that needs nothing beside it, in the style of all.
+pub(super) fn document(title: &str, version: &str, body: &str, after: &str) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta name=\"generator\" content=\"Straightedge {}\">\n<title>{}</title>\n<style>\n{}</style>\n</head>\n\
-         <body>\n<main>\n{body}</main>\n<script type=\"application/json\" id=\"report\">\n{}</script>\n\
-         <script>{}</script>\n</body>\n</html>\n",
-        escape(&report.version),
-        escape(&title),
+         <body>\n<main>\n{body}</main>\n{after}</body>\n</html>\n",
+        escape(version),
+        escape(title),
         include_str!("html/style.css"),
-        // Inside a script only the end of the element matters; in JSON this is the same text.
-        report.to_json().replace('<', "\\u003c"),
-        text::SAVE
     )
 }
 
-fn section(title: &str, content: &str) -> String {
+pub(super) fn section(title: &str, content: &str) -> String {
     format!("<section>\n<h2>{title}</h2>\n{content}</section>\n")
 }
 

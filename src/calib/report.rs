@@ -5,16 +5,19 @@
 
 mod build;
 mod corner_file;
+mod problem;
 mod read;
 mod wire;
 
 pub use corner_file::{CornerFile, CornerFrame};
+pub use problem::SET_ASIDE_BY_HAND;
 
 use nalgebra::{DMatrix, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{
     Error, Result,
+    advice::Advice,
     calibrate::{self, Fix, Loss, Options, Precision, Weights},
     camera::{Camera, Model},
     detect::Refinement,
@@ -26,6 +29,7 @@ use super::{
     observation::Corner,
     pose::Pose,
     residual::ResidualMap,
+    safe::SafeRegion,
     solution::{ClosedForm, Iteration, Starts, Termination, Warning},
     stats::{Comparison, Coverage, ErrorStats, Trend},
     target::{BoardSize, Target, Unit},
@@ -58,6 +62,9 @@ pub struct Report {
     /// What the calibration may err by, and what was found to be wrong; absent where that was not asked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sources: Option<Sources>,
+    /// What to photograph next, where that was asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub advice: Option<Advice>,
     /// Where the time went.
     pub timing_ms: Timing,
 }
@@ -86,6 +93,12 @@ pub struct Settings {
     pub fixed: Vec<Fix>,
     /// Camera file that the refinement started from.
     pub start: Option<String>,
+    /// That camera: with it the solution can be repeated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start_camera: Option<Camera>,
+    /// Focal length that the pictures' metadata suggested as one more start, px.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub focal_hint_px: Option<f64>,
     /// Corner file that was read instead of pictures.
     pub corners: Option<String>,
     /// File with the true camera.
@@ -129,6 +142,8 @@ impl Default for Settings {
             model: Model::Brown5,
             fixed: options.fixed,
             start: None,
+            start_camera: None,
+            focal_hint_px: None,
             corners: None,
             truth: None,
             loss: options.loss,
@@ -227,6 +242,12 @@ pub struct Solution {
     pub coverage: Coverage,
     /// How sure the projection is, 1 σ in px at the boards' distance.
     pub uncertainty: Uncertainty,
+    /// The same of points beyond all distances; none in files of before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uncertainty_far: Option<Uncertainty>,
+    /// The part of the picture that corners and certainty support; absent in files of older versions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub safe_region: Option<SafeRegion>,
     /// Whether errors depend on how the board stood; none where there are too few pictures.
     pub trends: Trends,
     /// What the model leaves as a displacement over the picture, and whether that is worth having; only where it was asked for.
@@ -325,6 +346,9 @@ pub struct FrameReport {
     /// Whether the order of its corners is a choice between several that look alike.
     #[serde(default)]
     pub order_is_a_choice: bool,
+    /// When it was taken, as its file says (EXIF): `2026:05:01 12:00:00`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub taken: Option<String>,
     /// What reading it told: wrong extension, first frame of an animation, …
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
@@ -368,6 +392,7 @@ impl FrameReport {
             copy_of: None,
             repeats: None,
             order_is_a_choice: false,
+            taken: None,
             notes: Vec::new(),
             corners: Vec::new(),
             residuals_px: Vec::new(),
@@ -455,6 +480,11 @@ impl Report {
     /// Places of all used corners, px.
     pub fn corners_px(&self) -> Vec<Vector2<f64>> {
         self.included().flat_map(|f| f.corners.iter().map(|c| c.px)).collect()
+    }
+
+    /// When the first of the used pictures was taken, as their files say.
+    pub fn taken(&self) -> Option<&str> {
+        self.included().filter_map(|f| f.taken.as_deref()).min()
     }
 
     /// Frames that the calibration used.

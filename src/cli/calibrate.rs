@@ -21,13 +21,14 @@ use super::{
 use crate::{
     calib::{
         Result,
+        advice::Goal,
         board::Design,
         calibrate::{Loss, Options, Weights, check_fixes},
         camera::Model,
         format::Destination,
     },
     job::{
-        evidence::{Case, Evidence, compared, evidence, with_influence, with_sources},
+        evidence::{Case, Evidence, advised, compared, evidence, with_influence, with_sources},
         ms_since,
     },
 };
@@ -75,6 +76,10 @@ pub(super) struct Args {
     /// Fit a splined camera (mrcal's, a grid of control points) from the solution on, and write it; `undistort` and `stmap` read it
     #[arg(long, value_name = "FILE.cameramodel", value_parser = outputs::cameramodel)]
     splined: Option<PathBuf>,
+    /// How sure the camera shall be, for the advice on what to photograph next: 0.1px; 5mm@2m across at a distance; or
+    /// 1cm@2m,baseline=12cm in depth from two such cameras; in the worst corner of the picture, or with ,mean or ,centre
+    #[arg(long, value_name = "GOAL", default_value_t)]
+    goal: Goal,
     /// Exit with 1 where a condition holds: 'rms>0.5,uncertainty>1'
     #[arg(long, value_name = "CONDITIONS")]
     fail_if: Option<FailIf>,
@@ -144,6 +149,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     with_influence(&mut found, &mut |_| ControlFlow::Continue(()))?;
     with_sources(&mut found, &mut |_| ControlFlow::Continue(()))?;
+    found.report.advice = Some(advised(&found, args.goal));
     if let Some(error) = files::none_found(&case.entries, &args.paths) {
         found.report.failed(&error);
     }

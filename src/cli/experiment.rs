@@ -8,7 +8,7 @@ use std::{
 
 use indicatif::ProgressBar;
 
-use super::print;
+use super::{frames, print};
 use crate::calib::{
     Result,
     experiment::{self, Experiment, claims::Verdict, faults, sources, table},
@@ -25,10 +25,10 @@ pub(super) struct Args {
     #[arg(long)]
     ablate: bool,
     /// Instead: plant faults in captures, and count how often they are named
-    #[arg(long, conflicts_with = "ablate")]
+    #[arg(long, conflicts_with_all = ["ablate", "advice"])]
     faults: bool,
     /// Instead: the source document's Table V with numbers, each source of error by itself on its scene
-    #[arg(long, conflicts_with_all = ["ablate", "faults"])]
+    #[arg(long, conflicts_with_all = ["ablate", "advice", "faults"])]
     sources: bool,
     /// Captures of each fault and strength, a tenth of those without a fault
     #[arg(long, value_name = "N", default_value_t = 30, requires = "faults")]
@@ -36,12 +36,18 @@ pub(super) struct Args {
     /// Seed of the captures
     #[arg(long, value_name = "N", default_value_t = 1, requires = "faults")]
     seed: u64,
-    /// Folder for experiment.md, results.json and the figures; made where it does not exist
+    /// Instead: whether the advice on what to photograph next saves pictures
+    #[arg(long, conflicts_with = "ablate")]
+    advice: bool,
+    /// Folder for experiment.md, results.json and the figures, or for advice.md; made where it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
+    if args.advice {
+        return advice(args);
+    }
     // Before the work, so that a wrong path costs nothing.
     let figures = args.out.join(FIGURES);
     store::folder(&args.out)?;
@@ -86,6 +92,20 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 fn written(path: &Path, page: &str) -> Result<ExitCode> {
     store::write(path, page.as_bytes())?;
     print(page)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn advice(args: &Args) -> Result<ExitCode> {
+    store::folder(&args.out)?;
+    let bar = frames::waiting("");
+    let pools = experiment::advice::study(&mut |what| {
+        bar.set_message(what.to_owned());
+        ControlFlow::Continue(())
+    })?;
+    bar.finish_and_clear();
+    let page = experiment::advice::page(&pools);
+    store::write(&args.out.join("advice.md"), page.as_bytes())?;
+    print(&page)?;
     Ok(ExitCode::SUCCESS)
 }
 

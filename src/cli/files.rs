@@ -31,25 +31,27 @@ pub(super) fn camera(path: &Path) -> Result<CameraFile> {
     format::read_bytes(&bytes(path)?, &path.display().to_string())
 }
 
-/// Reads what takes the distortion out of pictures: a camera file of any format, with its residual map, or a splined camera of mrcal.
+/// Reads what takes the distortion out of pictures: a camera file of any format, with its residual map, or a splined camera of mrcal; and
+/// the part of the picture that its corners support, where the file tells.
 /// Says what reading told.
 ///
 /// # Errors
 /// Those of [`camera`].
-pub(super) fn lens(path: &Path) -> Result<Arc<dyn Lens>> {
+pub(super) fn lens(path: &Path) -> Result<(Arc<dyn Lens>, Option<Vec<[f64; 2]>>)> {
     let bytes = bytes(path)?;
     let name = path.display().to_string();
     if let Ok(text) = std::str::from_utf8(&bytes)
         && format::is_splined(text)
     {
         let splined = format::read_splined(text).map_err(|e| error(path, &e.to_string()))?;
-        return Ok(Arc::new(splined));
+        return Ok((Arc::new(splined), None));
     }
     let file = format::read_bytes(&bytes, &name)?;
     for note in &file.notes {
         say(&format!("note: {note}"));
     }
-    Ok(file.lens())
+    let lens = file.lens();
+    Ok((lens, file.evidence.safe))
 }
 
 /// Reads a text file.

@@ -5,7 +5,7 @@ use std::{
     process::ExitCode,
 };
 
-use super::{args::Framed, files, print, say};
+use super::{args::Framed, files, print, say, undistort::beyond_safe};
 use crate::{
     calib::{
         Error, Result,
@@ -42,11 +42,12 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             )));
         }
     };
-    let lens = files::lens(&args.camera)?;
+    let (lens, safe) = files::lens(&args.camera)?;
     let straight = Straightener::new(lens.as_ref(), &args.framed.framing(), false)?;
     for warning in &straight.warnings {
         say(&format!("warning: {}", warning.text));
     }
+    beyond_safe(lens.as_ref(), safe.as_deref(), &args.framed.framing(), &straight.view)?;
     let paths = Way::ALL.map(|way| named(out, way, &extension));
     for path in &paths {
         files::may_write(path, [args.camera.as_path()])?;

@@ -10,8 +10,10 @@ use crate::calib::{
     diagnose::{self, Level},
     number::{counted, percent, significant, with_sigma},
     report::{Report, Solution},
+    uncertainty::Uncertainty,
 };
-use table::{Table, paragraph, sentence};
+use table::sentence;
+pub(super) use table::{Table, paragraph};
 
 /// The evidence of a calibration, or what is known where there is none.
 pub(super) fn evidence(report: &Report) -> String {
@@ -25,6 +27,7 @@ pub(super) fn evidence(report: &Report) -> String {
     out += &models(report);
     out += &sources(report);
     out += &pictures::table(report);
+    out += &advice(report);
     out += &warnings(report);
     out.trim_start_matches('\n').to_owned()
 }
@@ -97,15 +100,18 @@ fn certainty(report: &Report, solution: &Solution) -> String {
     let mut table = Table::new("ll");
     let u = &solution.uncertainty;
     let px = |v: Option<f64>| v.map_or("unknown".to_owned(), |v| format!("{} px", significant(v, 2)));
-    table.row([
-        "Projection certain to".to_owned(),
+    let certain = |u: &Uncertainty, of: &str| {
         format!(
-            "{} in the middle, {} over 90 % of the picture, {} in the worst corner",
+            "{} in the middle, {} over 90 % of the picture, {} in the worst corner{of}",
             px(u.center_px),
             px(u.over_share(0.9)),
             px(u.worst_corner_px)
-        ),
-    ]);
+        )
+    };
+    table.row(["Projection certain to".to_owned(), certain(u, ", at the boards' distance")]);
+    if let Some(far) = &solution.uncertainty_far {
+        table.row([String::new(), certain(far, ", far away")]);
+    }
     let c = &solution.coverage;
     table.row([
         "Coverage by corners".to_owned(),
@@ -117,6 +123,9 @@ fn certainty(report: &Report, solution: &Solution) -> String {
             100.0 * c.cells_fraction
         ),
     ]);
+    if let Some(region) = &solution.safe_region {
+        table.row(["Safe region".to_owned(), region.words()]);
+    }
     if let Some(map) = &solution.residual_map {
         table.row(["Residual map".to_owned(), map.to_string()]);
     }
@@ -236,6 +245,12 @@ fn sources(report: &Report) -> String {
         out += &paragraph(" ", &format!("Rules of thumb. {}.", broken.join("; ")));
     }
     out
+}
+
+/// What to photograph next.
+fn advice(report: &Report) -> String {
+    let Some(advice) = &report.advice else { return String::new() };
+    format!("\n{}", paragraph("Next", &format!("{} {}", advice.sentence, advice.promise)))
 }
 
 fn warnings(report: &Report) -> String {

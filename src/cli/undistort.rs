@@ -12,8 +12,10 @@ use crate::{
         Error, Result,
         camera::Model,
         format::{self, Evidence, Export},
-        number::counted,
-        undistort::{Interpolation, Straightener, View},
+        lens::Lens,
+        number::{counted, percent},
+        safe::{Shown, widest_alpha},
+        undistort::{Framing, Interpolation, Straightener, View},
     },
     job::{photo, store},
     worker::{straighten, threads},
@@ -48,11 +50,12 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let out = &args.out;
-    let lens = files::lens(&args.camera)?;
+    let (lens, safe) = files::lens(&args.camera)?;
     let mut straight = Straightener::new(lens.as_ref(), &args.framed.framing(), args.crop)?;
     for warning in &straight.warnings {
         say(&format!("warning: {}", warning.text));
     }
+    beyond_safe(lens.as_ref(), safe.as_deref(), &args.framed.framing(), &straight.view)?;
     let pictures = photo::list(&args.pictures.paths)?;
     if pictures.is_empty() {
         return Err(files::no_pictures(&args.pictures.paths));
@@ -121,6 +124,35 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     print(&said)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Warns where straightened pictures show what no corner supports, and says which α does not.
+///
+/// # Errors
+/// As [`View::new`].
+pub(super) fn beyond_safe(
+    lens: &dyn Lens,
+    safe: Option<&[[f64; 2]]>,
+    framing: &Framing,
+    view: &View,
+) -> Result<()> {
+    let Some(polygon) = safe else { return Ok(()) };
+    let share = Shown::new(lens, view, polygon).unsafe_fraction();
+    if share < 0.005 {
+        return Ok(());
+    }
+    let remedy = match (framing.fov_rad, widest_alpha(lens, framing, polygon)?) {
+        (Some(_), _) => "a smaller --fov shows less of it".to_owned(),
+        (None, Some(alpha)) => {
+            format!("--alpha {:.2} shows only what they support", (100.0 * alpha).floor() / 100.0)
+        }
+        (None, None) => "photograph the board there, too".to_owned(),
+    };
+    say(&format!(
+        "warning: {} of the straightened picture lies where no corner supports the calibration: {remedy}",
+        percent(share)
+    ));
+    Ok(())
 }
 
 /// Name and text of the file with the camera of the results: OpenCV's where that holds it exactly, else our own. `None` where no model

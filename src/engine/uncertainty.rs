@@ -26,14 +26,17 @@
 //! It presumes that the model is right: a lean model is too sure of itself. Near the boards' own distance it is smallest;
 //! nearer it grows without bound, further it tends to the value at infinity.
 //!
+//! A view that was not taken yet counts as one that was: the information that its corners would bring, its pose eliminated, is added
+//! to that of the others, and its answer to the mean ([`Scatter::seen`], [`Scatter::with`]).
+//!
 //! D. Kogan, *mrcal*, "Projection uncertainty" (mean of the boards' frames).
 
 use nalgebra::{DMatrix, Matrix2, Matrix2x6, Matrix2xX, Matrix6, Matrix6xX, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    camera::Projection,
-    solution::{Calibration, View},
+    camera::{Camera, Projection},
+    solution::Calibration,
     stats,
     target::Target,
 };
@@ -69,6 +72,13 @@ pub struct Uncertainty {
 }
 
 impl Uncertainty {
+    /// Mean over the picture, px; `None` where a part of it has no answer.
+    pub fn mean_px(&self) -> Option<f64> {
+        let n: usize = self.grid_px.iter().map(Vec::len).sum();
+        let sum = self.grid_px.iter().flatten().try_fold(0.0, |sum, px| Some(sum + (*px)?))?;
+        (n > 0).then(|| sum / n as f64)
+    }
+
     /// What it stays below over a share of the picture, px; `None` where it has no answer there.
     pub fn over_share(&self, share: f64) -> Option<f64> {
         let mut all: Vec<f64> = self.grid_px.iter().flatten().map(|v| v.unwrap_or(f64::INFINITY)).collect();
@@ -81,21 +91,34 @@ impl Uncertainty {
 ///
 /// `target` is the board of the calibration. Cost: linear in the number of corners.
 pub fn of(calibration: &Calibration, target: &Target, range: Range) -> Uncertainty {
-    let range = distance(calibration, target, range);
-    let scatter = Scatter::new(calibration, target);
-    let at = |x: f64, y: f64| scatter.as_ref()?.at(calibration, &Vector2::new(x, y), range);
-    let [w, h] = calibration.camera.size_px.map(f64::from);
-    let corners = [(0.0, 0.0), (w - 1.0, 0.0), (0.0, h - 1.0), (w - 1.0, h - 1.0)];
-    let worst = corners.iter().try_fold(0.0, |worst, &(x, y)| Some(f64::max(worst, at(x, y)?)));
-    let [columns, rows] = [w, h].map(|n| (CELLS as f64 * n / w.max(h)).round().max(1.0) as usize);
-    let middle = |i: usize, cells: usize, n: f64| (i as f64 + 0.5) / cells as f64 * n - 0.5;
-    let row = |j| (0..columns).map(|i| at(middle(i, columns, w), middle(j, rows, h))).collect();
+    over(
+        Scatter::new(calibration, target).as_ref(),
+        &calibration.camera,
+        distance(calibration, target, range),
+    )
+}
+
+/// The map of a camera whose scatter is known.
+fn over(scatter: Option<&Scatter>, camera: &Camera, range: Option<f64>) -> Uncertainty {
+    let at = |px: &Vector2<f64>| scatter?.at(camera, px, range);
+    let [corners, center, cells] = places(camera.size_px);
     Uncertainty {
         range,
-        center_px: at((w - 1.0) / 2.0, (h - 1.0) / 2.0),
-        worst_corner_px: worst,
-        grid_px: (0..rows).map(row).collect(),
+        center_px: center.iter().flatten().find_map(at),
+        worst_corner_px: corners.iter().flatten().try_fold(0.0, |worst, px| Some(f64::max(worst, at(px)?))),
+        grid_px: cells.iter().map(|row| row.iter().map(at).collect()).collect(),
     }
+}
+
+/// Rows of pixels at which a map has its numbers: the four corners of the picture, its middle, the middles of its cells.
+pub fn places(size_px: [u32; 2]) -> [Vec<Vec<Vector2<f64>>>; 3] {
+    let [w, h] = size_px.map(f64::from);
+    let corners = [[0.0, 0.0], [w - 1.0, 0.0], [0.0, h - 1.0], [w - 1.0, h - 1.0]].map(Vector2::from);
+    let [columns, rows] = [w, h].map(|n| (CELLS as f64 * n / w.max(h)).round().max(1.0) as usize);
+    let middle = |i: usize, cells: usize, n: f64| (i as f64 + 0.5) / cells as f64 * n - 0.5;
+    let row = |j| (0..columns).map(|i| Vector2::new(middle(i, columns, w), middle(j, rows, h))).collect();
+    let center = Vector2::new((w - 1.0) / 2.0, (h - 1.0) / 2.0);
+    [vec![corners.to_vec()], vec![vec![center]], (0..rows).map(row).collect()]
 }
 
 /// 1σ at single pixels, px: the largest over directions; `None` where it has no answer.
@@ -118,7 +141,9 @@ pub fn covariances(
 ) -> Vec<Option<Matrix2<f64>>> {
     let range = distance(calibration, target, range);
     let scatter = Scatter::new(calibration, target);
-    pixels.iter().map(|px| scatter.as_ref()?.covariance(calibration, px, range)).collect()
+    let of =
+        |scatter: &Scatter, px| Some(scatter.covariance(&scatter.probe(&calibration.camera, px, range)?));
+    pixels.iter().map(|px| of(scatter.as_ref()?, px)).collect()
 }
 
 /// 1σ in the worst direction, px; `None` where the covariance is none.
@@ -127,8 +152,8 @@ fn worst(covariance: &Matrix2<f64>) -> Option<f64> {
     largest.is_finite().then(|| largest.max(0.0).sqrt())
 }
 
-/// The distance that is meant; `None` at infinity.
-fn distance(calibration: &Calibration, target: &Target, range: Range) -> Option<f64> {
+/// The distance that is meant, in the unit of the square; `None` at infinity.
+pub fn distance(calibration: &Calibration, target: &Target, range: Range) -> Option<f64> {
     match range {
         Range::Boards => Some(typical_distance(calibration, target)),
         Range::At(range) => Some(range),
@@ -145,7 +170,8 @@ fn typical_distance(calibration: &Calibration, target: &Target) -> f64 {
 }
 
 /// Covariance of the intrinsics and of the mean motion of the boards.
-struct Scatter {
+#[derive(Clone, Debug)]
+pub struct Scatter {
     /// Covariance of the free intrinsics.
     intrinsics: DMatrix<f64>,
     /// For each parameter of the model its place among the free ones.
@@ -154,25 +180,51 @@ struct Scatter {
     answer: Matrix6xX<f64>,
     /// Covariance of the mean twist beside that.
     own: Matrix6<f64>,
+    /// Views that the mean is of.
+    views: f64,
+    /// σ₀, px.
+    sigma0_px: f64,
+}
+
+/// What a view tells, its pose eliminated.
+#[derive(Clone, Debug)]
+pub struct Seen {
+    /// On the free intrinsics: U − W V⁻¹ Wᵀ, for σ₀ = 1 px.
+    information: DMatrix<f64>,
+    /// Twist of the board about the camera that a change of the free intrinsics brings.
+    answer: Matrix6xX<f64>,
+    /// Covariance of that twist beside it, for σ₀ = 1 px.
+    own: Matrix6<f64>,
+}
+
+/// A pixel, ready to be asked how sure it is.
+#[derive(Clone, Debug)]
+pub struct Probe {
+    /// ∂px/∂(free intrinsics), the ray held.
+    by_free: Matrix2xX<f64>,
+    /// ∂px/∂(ω, τ).
+    by_twist: Matrix2x6<f64>,
 }
 
 impl Scatter {
     /// `None` where no view determines its pose.
-    fn new(calibration: &Calibration, target: &Target) -> Option<Self> {
+    pub fn new(calibration: &Calibration, target: &Target) -> Option<Self> {
         let of_free = |k: usize| calibration.free.iter().position(|&f| f == k);
         let tied = |k: usize| calibration.tied_to.get(k).copied().flatten();
         let slots: Vec<_> =
             (0..calibration.camera.params.len()).map(|k| of_free(k).or_else(|| of_free(tied(k)?))).collect();
-        let (mut answer, mut own) = (Matrix6xX::zeros(calibration.free.len()), Matrix6::zeros());
+        let free = calibration.free.len();
+        let (mut answer, mut own) = (Matrix6xX::zeros(free), Matrix6::zeros());
         let mut views = 0.0;
-        for (v, w, center) in calibration.views.iter().filter_map(|v| blocks(calibration, target, &slots, v))
-        {
-            let Some(v) = v.cholesky() else { continue };
-            // From a motion about the middle of the corners to a twist about the camera: ω × (x − c) + τ = ω × x + (τ + c × ω).
-            let mut about_camera = Matrix6::identity();
-            about_camera.fixed_view_mut::<3, 3>(3, 0).copy_from(&center.cross_matrix());
-            answer -= about_camera * v.solve(&w);
-            own += about_camera * v.inverse() * about_camera.transpose();
+        for view in &calibration.views {
+            let Some(points) = view.points_in_camera(target) else { continue };
+            let weights = &mut view.weights.iter().copied();
+            let Some(blocks) = Blocks::new(&calibration.camera, &slots, free, &points, weights, None) else {
+                continue;
+            };
+            let Some((by_free, by_chance)) = blocks.twist() else { continue };
+            answer += by_free;
+            own += by_chance;
             views += 1.0;
         }
         if views == 0.0 {
@@ -182,51 +234,119 @@ impl Scatter {
         if calibration.free.is_empty() {
             own.fill(0.0);
         }
-        Some(Self { intrinsics: calibration.covariance.clone(), slots, answer: answer / views, own })
+        let (intrinsics, sigma0_px) = (calibration.covariance.clone(), calibration.sigma0_px);
+        Some(Self { intrinsics, slots, answer: answer / views, own, views, sigma0_px })
     }
 
-    /// 1σ at a pixel in the worst direction, px.
-    fn at(&self, calibration: &Calibration, px: &Vector2<f64>, range: Option<f64>) -> Option<f64> {
-        worst(&self.covariance(calibration, px, range)?)
+    /// What a view of these points of the camera frame would tell, each with this weight in the sum; `None` where the model does
+    /// not see one of them, or they do not determine a pose.
+    pub fn seen(&self, camera: &Camera, points: &[Vector3<f64>], weight: f64) -> Option<Seen> {
+        let free = self.intrinsics.nrows();
+        let mut information = DMatrix::zeros(free, free);
+        let weights = &mut std::iter::repeat(weight);
+        let blocks = Blocks::new(camera, &self.slots, free, points, weights, Some(&mut information))?;
+        let (answer, own) = blocks.twist()?;
+        information -= blocks.w.transpose() * blocks.v.cholesky()?.solve(&blocks.w);
+        Some(Seen { information, answer, own })
     }
 
-    /// Covariance at a pixel, px².
-    fn covariance(
-        &self,
-        calibration: &Calibration,
-        px: &Vector2<f64>,
-        range: Option<f64>,
-    ) -> Option<Matrix2<f64>> {
+    /// With one more view. `None` where the intrinsics were not determined before.
+    pub fn with(&self, seen: &Seen) -> Option<Self> {
+        let variance = self.sigma0_px.powi(2);
+        let information = self.intrinsics.clone().cholesky()?.inverse() + &seen.information / variance;
+        let views = self.views + 1.0;
+        Some(Self {
+            intrinsics: information.cholesky()?.inverse(),
+            slots: self.slots.clone(),
+            answer: (&self.answer * self.views + &seen.answer) / views,
+            own: (self.own * self.views.powi(2) + seen.own * variance) / views.powi(2),
+            views,
+            sigma0_px: self.sigma0_px,
+        })
+    }
+
+    /// 1σ of a parameter of the camera, by its place in the model; `None` where it is held.
+    pub fn sigma_of(&self, param: usize) -> Option<f64> {
+        let slot = (*self.slots.get(param)?)?;
+        Some(self.intrinsics.get((slot, slot))?.sqrt())
+    }
+
+    /// The map over the picture, of points at this distance; `None` is infinity.
+    pub fn over(&self, camera: &Camera, range: Option<f64>) -> Uncertainty {
+        over(Some(self), camera, range)
+    }
+
+    /// A pixel of the camera, of points at this distance; `None` where the camera has no answer.
+    pub fn probe(&self, camera: &Camera, px: &Vector2<f64>, range: Option<f64>) -> Option<Probe> {
         let inverse_range = Some(range.map_or(0.0, f64::recip)).filter(|r| r.is_finite() && *r >= 0.0)?;
-        let camera = &calibration.camera;
         let ray = camera.unproject(px)?;
         let there = (camera.spec().project)(&camera.params, &ray)?;
         // The projection does not depend on the range, so the ray stands for its point with the twist's translation scaled.
         let by_twist = by_motion(&there, &ray, inverse_range);
-        let by_free = by_free(&there, &self.slots, calibration.free.len()) + by_twist * &self.answer;
-        Some(&by_free * &self.intrinsics * by_free.transpose() + by_twist * self.own * by_twist.transpose())
+        Some(Probe { by_free: by_free(&there, &self.slots, self.intrinsics.nrows()), by_twist })
+    }
+
+    /// Covariance there, px².
+    fn covariance(&self, probe: &Probe) -> Matrix2<f64> {
+        let by_free = &probe.by_free + probe.by_twist * &self.answer;
+        &by_free * &self.intrinsics * by_free.transpose()
+            + probe.by_twist * self.own * probe.by_twist.transpose()
+    }
+
+    /// 1σ there in the worst direction, px.
+    pub fn sigma_px(&self, probe: &Probe) -> Option<f64> {
+        worst(&self.covariance(probe))
+    }
+
+    /// 1σ at a pixel in the worst direction, px.
+    fn at(&self, camera: &Camera, px: &Vector2<f64>, range: Option<f64>) -> Option<f64> {
+        self.sigma_px(&self.probe(camera, px, range)?)
     }
 }
 
-/// `V`, `Wᵀ` and the middle of the corners in the camera frame, of a view; `None` where the model does not see a corner.
-fn blocks(
-    calibration: &Calibration,
-    target: &Target,
-    slots: &[Option<usize>],
-    view: &View,
-) -> Option<(Matrix6<f64>, Matrix6xX<f64>, Vector3<f64>)> {
-    let camera = &calibration.camera;
-    let points = view.points_in_camera(target)?;
-    let center = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
-    let free = calibration.free.len();
-    let (mut v, mut w) = (Matrix6::zeros(), Matrix6xX::zeros(free));
-    for (point, weight) in points.iter().zip(&view.weights) {
-        let there = (camera.spec().project)(&camera.params, point)?;
-        let by_pose = by_motion(&there, &(point - center), 1.0).transpose() * *weight;
-        v += by_pose * by_motion(&there, &(point - center), 1.0);
-        w += by_pose * by_free(&there, slots, free);
+/// The parts of a view in the normal matrix.
+struct Blocks {
+    v: Matrix6<f64>,
+    /// `Wᵀ`.
+    w: Matrix6xX<f64>,
+    /// Middle of the points in the camera frame: poses turn about it.
+    center: Vector3<f64>,
+}
+
+impl Blocks {
+    /// `None` where the model does not see a point. The view's part of `U` is added to `u`, where that is wanted.
+    fn new(
+        camera: &Camera,
+        slots: &[Option<usize>],
+        free: usize,
+        points: &[Vector3<f64>],
+        weights: &mut dyn Iterator<Item = f64>,
+        mut u: Option<&mut DMatrix<f64>>,
+    ) -> Option<Self> {
+        let center = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
+        let (mut v, mut w) = (Matrix6::zeros(), Matrix6xX::zeros(free));
+        for (point, weight) in points.iter().zip(weights) {
+            let there = (camera.spec().project)(&camera.params, point)?;
+            let by_pose = by_motion(&there, &(point - center), 1.0).transpose() * weight;
+            let by_free = by_free(&there, slots, free);
+            v += by_pose * by_motion(&there, &(point - center), 1.0);
+            w += by_pose * &by_free;
+            if let Some(u) = &mut u {
+                u.gemm_tr(weight, &by_free, &by_free, 1.0);
+            }
+        }
+        Some(Self { v, w, center })
     }
-    Some((v, w, center))
+
+    /// The twist about the camera with which the board answers to the free intrinsics, and its covariance for σ₀ = 1 px; `None` where
+    /// the pose is not determined.
+    fn twist(&self) -> Option<(Matrix6xX<f64>, Matrix6<f64>)> {
+        let v = self.v.cholesky()?;
+        // From a motion about the middle of the corners to a twist about the camera: ω × (x − c) + τ = ω × x + (τ + c × ω).
+        let mut about_camera = Matrix6::identity();
+        about_camera.fixed_view_mut::<3, 3>(3, 0).copy_from(&self.center.cross_matrix());
+        Some((-(about_camera * v.solve(&self.w)), about_camera * v.inverse() * about_camera.transpose()))
+    }
 }
 
 /// ∂px/∂(ω, τ) for δx = ω × arm + scale · τ.

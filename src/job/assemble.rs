@@ -294,6 +294,7 @@ fn begun(entry: &Entry) -> (FrameReport, Option<&Seen>) {
         Ok(seen) => {
             frame.image_size_px = Some(seen.size_px);
             frame.notes.clone_from(&seen.notes);
+            frame.taken.clone_from(&seen.exif.time);
             (frame, Some(seen))
         }
         Err(why) => {

@@ -13,6 +13,7 @@ use super::{
 };
 use crate::calib::{
     Error, Result,
+    advice::{Advice, Goal, advise},
     board::Design,
     calibrate::{
         self, CANDIDATES, COLUMNS, Comparison, Options, Problem, SplinedCandidate, calibrate,
@@ -23,7 +24,7 @@ use crate::calib::{
     diagnose::{self, Finding, Verdict, sources},
     format, influence,
     observation::Corner,
-    report::{Report, Settings},
+    report::{Report, SET_ASIDE_BY_HAND, Settings},
     solution::{Calibration, Warning},
     splined::{self, Layout},
     synth::Truth,
@@ -104,9 +105,6 @@ pub struct Evidence {
     pub findings: Vec<Finding>,
 }
 
-/// Why a picture is not used that the user set aside.
-pub const SET_ASIDE_BY_HAND: &str = "set aside by you";
-
 /// Assembles, without calibrating.
 pub fn sort_out(case: &Case) -> (Report, Assembly) {
     let wanted = Wanted {
@@ -125,6 +123,8 @@ pub fn sort_out(case: &Case) -> (Report, Assembly) {
         images: case.entries.len(),
         model: wanted.model,
         start: case.start.as_ref().map(|s| s.0.clone()),
+        start_camera: case.start.as_ref().map(|s| s.1.clone()),
+        focal_hint_px: assembly.problem.as_ref().ok().and_then(|p| p.cameras.first()?.focal_hint_px),
         truth: case.truth.as_ref().map(|t| t.file.clone()),
         ..case.settings.clone()
     };
@@ -143,14 +143,11 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     let dropped = leave_out(case, &mut report, &mut assembly);
     let begun = Instant::now();
     let solved = match assembly.problem.and_then(|p| start_fits(p, case)) {
-        Ok(problem) => match choose(&problem, &case.models, tick)? {
-            Ok(calibration) => match centred(&problem, calibration, tick)? {
-                Ok(calibration) => {
-                    let (calibration, averaged) = bursts::once(&problem, calibration, tick)?;
-                    Ok((calibration, averaged, problem))
-                }
-                Err(error) => Err(error),
-            },
+        Ok(problem) => match solve(&problem, &case.models, tick)? {
+            Ok(calibration) => {
+                let (calibration, averaged) = bursts::once(&problem, calibration, tick)?;
+                Ok((calibration, averaged, problem))
+            }
             Err(error) => Err(error),
         },
         Err(error) => Err(error),
@@ -179,6 +176,22 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     };
     let (verdict, findings) = (diagnose::verdict(&report), diagnose::findings(&report));
     Ok(Evidence { report, calibration, dropped, verdict, findings })
+}
+
+/// Solves what a report is the answer to once more, from its own corners and settings, and answers the report of that solution; see
+/// [`crate::calib::check`].
+///
+/// # Errors
+/// Those of [`Report::problem`] and of the calibration.
+pub fn again(report: &Report, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<Report> {
+    let problem = report.problem()?;
+    let calibration = solve(&problem, &[report.settings.model], tick)??;
+    let mut fresh = report.clone();
+    fresh.calibrated(&calibration, &problem.target);
+    if report.solution.as_ref().is_some_and(|s| s.residual_map.is_some()) {
+        fresh.with_residual_map(&calibration, &problem.target);
+    }
+    Ok(fresh)
 }
 
 /// Most views whose influence is asked for: the time grows with their square, and each matters less.
@@ -227,6 +240,14 @@ pub fn with_sources(found: &mut Evidence, tick: &mut dyn FnMut(f32) -> ControlFl
     }
     (found.verdict, found.findings) = (diagnose::verdict(&found.report), diagnose::findings(&found.report));
     Ok(())
+}
+
+/// What to photograph next.
+pub fn advised(found: &Evidence, goal: Goal) -> Advice {
+    match (&found.calibration, found.report.settings.target()) {
+        (Some(calibration), Some(target)) => advise(calibration, &target, found.report.settings.unit, goal),
+        _ => Advice::first(goal),
+    }
 }
 
 /// Compares all usual camera models on what a case would be calibrated from.
@@ -299,6 +320,21 @@ fn leave_out(case: &Case, report: &mut Report, assembly: &mut Assembly) -> Vec<(
         }
     }
     dropped
+}
+
+/// From what is to be solved to the calibration.
+///
+/// # Errors
+/// [`Error::Stopped`] where `tick` breaks.
+fn solve(
+    problem: &Problem,
+    models: &[Model],
+    tick: &mut dyn FnMut(f32) -> ControlFlow<()>,
+) -> Result<Result<Calibration>> {
+    match choose(problem, models, tick)? {
+        Ok(calibration) => centred(problem, calibration, tick),
+        Err(error) => Ok(Err(error)),
+    }
 }
 
 /// The simplest calibration that suffices; the last reason where none succeeded.

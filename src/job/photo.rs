@@ -12,6 +12,9 @@ mod jpeg;
 mod list;
 mod sniff;
 mod tiff;
+#[cfg_attr(not(target_arch = "wasm32"), path = "photo/webp_native.rs")]
+#[cfg_attr(target_arch = "wasm32", path = "photo/webp_web.rs")]
+mod webp;
 pub mod write;
 
 use std::{
@@ -22,7 +25,7 @@ use std::{
 
 use image::{
     ImageDecoder, ImageError, ImageReader, ImageResult, Limits,
-    codecs::{bmp::BmpDecoder, png::PngDecoder, pnm::PnmDecoder, webp::WebPDecoder},
+    codecs::{bmp::BmpDecoder, png::PngDecoder, pnm::PnmDecoder},
 };
 use serde::{Deserialize, Serialize};
 use siphasher::sip128::{Hasher128, SipHasher13};
@@ -38,6 +41,8 @@ pub use list::{bytes, exists, is_folder, list};
 #[cfg(target_arch = "wasm32")]
 pub use list::{file, hash_of, offer, text};
 pub use sniff::{Content, Format, sniff, sniff_named};
+#[cfg(target_arch = "wasm32")]
+pub use webp::decode_ahead;
 
 /// Most pixels of one picture; more is refused before anything is decoded. Twice what the largest cameras give: several
 /// pictures are open at the same time.
@@ -154,7 +159,7 @@ fn pixels(
             common(bytes, format, notes, |at, most| Ok(Box::new(PngDecoder::with_limits(at, most)?)))?
         }
         Format::Bmp => common(bytes, format, notes, |at, _| Ok(Box::new(BmpDecoder::new(at)?)))?,
-        Format::WebP => common(bytes, format, notes, |at, _| Ok(Box::new(WebPDecoder::new(at)?)))?,
+        Format::WebP => webp::decode(bytes, notes)?,
         Format::Pnm => common(bytes, format, notes, |at, _| Ok(Box::new(PnmDecoder::new(at)?)))?,
     };
     Ok(match colours {

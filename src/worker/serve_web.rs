@@ -25,20 +25,23 @@ pub fn serve(scope: &DedicatedWorkerGlobalScope) {
         post(&[("crashed", panic.to_string().into())], &Array::new());
     }));
     let answer = Closure::<dyn FnMut(MessageEvent)>::new(|event: MessageEvent| {
-        if let Err(error) = work(&event.data()) {
-            post(&[("crashed", error.into())], &Array::new());
-        }
+        wasm_bindgen_futures::spawn_local(async move {
+            if let Err(error) = work(&event.data()).await {
+                post(&[("crashed", error.into())], &Array::new());
+            }
+        });
     });
     scope.set_onmessage(Some(answer.as_ref().unchecked_ref()));
     answer.forget();
     post(&[("ready", true.into())], &Array::new());
 }
 
-fn work(message: &JsValue) -> Result<(), String> {
+async fn work(message: &JsValue) -> Result<(), String> {
     let get = |name: &str| Reflect::get(message, &name.into()).unwrap_or(JsValue::UNDEFINED);
     let bytes: Uint8Array = get("request").unchecked_into();
     let request: Request = wire::from_bytes(&bytes.to_vec()).map_err(|e| e.to_string())?;
     if let (Some(path), Ok(file)) = (get("path").as_string(), get("file").dyn_into::<File>()) {
+        photo::decode_ahead(&file).await;
         photo::offer(path.into(), file);
     }
     let mut told = -1.0;

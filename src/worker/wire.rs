@@ -28,7 +28,7 @@ impl Bulk for Option<Reply> {
             Output::Raster(raster) | Output::Straight(raster, _) => Some(&mut raster.data),
             Output::Inspection(inspection) => inspection.thumbnail.as_mut().map(|t| &mut t.data),
             Output::File(bytes) => Some(bytes),
-            Output::Evidence(_) | Output::Effect(_) | Output::Compared(_) => None,
+            Output::Evidence(_) | Output::Effect(_) | Output::Compared(_) | Output::Advice(_) => None,
         }
     }
 }

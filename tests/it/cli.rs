@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod calibrate;
+mod check;
 mod known_points;
 mod residual_map;
 

@@ -125,3 +125,28 @@ fn the_truth_of_a_scene_is_a_camera_file() {
     let pose = file.evidence.frames[3].camera_from_board.unwrap();
     assert!((pose.matrix() - truth.frames[3].pose.matrix()).norm() < 1e-15);
 }
+
+/// The part of the picture that corners support: kept by the formats that have a place for it, and carried along.
+#[test]
+fn the_safe_region_is_kept() {
+    let camera = examples().next().unwrap();
+    let polygon = vec![[10.5, 20.0], [600.0, 30.25], [620.0, 440.0], [100.0, 470.5]];
+    let evidence = Evidence { safe: Some(polygon.clone()), ..Evidence::default() };
+    for format in FORMATS {
+        let written = write(format, &Export { camera: &camera, evidence: &evidence, report: None }).unwrap();
+        let file = read(&written.text, &file_name(format)).unwrap();
+        let keeps = ["straightedge", "mrcal"].contains(&format.name);
+        assert_eq!(file.evidence.safe, keeps.then(|| polygon.clone()), "{}", format.name);
+        if !keeps {
+            continue;
+        }
+        assert_eq!(file.scaled(2.0).unwrap().evidence.safe.unwrap()[0], [21.5, 40.5]);
+        let cropped = file.cropped([100, 50, 200, 300]).unwrap().evidence.safe.unwrap();
+        assert!(cropped.iter().all(|[x, y]| (-0.5..=199.5).contains(x) && (-0.5..=299.5).contains(y)));
+    }
+    for text in [
+        "{ 'lensmodel': 'LENSMODEL_PINHOLE', 'intrinsics': [1,1,1,1], 'imagersize': [9,9], 'valid_intrinsics_region': [[1,2],[3]] }",
+    ] {
+        assert!(read(text, "a.cameramodel").unwrap_err().to_string().contains("must hold points"));
+    }
+}

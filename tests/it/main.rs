@@ -7,11 +7,14 @@
     reason = "helpers of tests may panic and print like tests"
 )]
 
+mod advice;
 mod boards;
 mod calibration;
+mod check;
 mod circles;
 mod cli;
 mod cli_tools;
+mod compare;
 mod detection;
 mod experiment;
 mod fisheyes;

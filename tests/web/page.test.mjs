@@ -146,6 +146,33 @@ for (const [set, title, options] of [
   });
 }
 
+// WebP is decoded by the browser, on the desktop by a library: without loss and with some.
+inBrowser('WebP pictures: the same as the desktop program', {}, async b => {
+  const [drawn, folder] = ['drawn', 'webp'].map(name => path.join(scratch, name));
+  execFileSync(native, ['synth', '--out', drawn]);
+  fs.mkdirSync(folder);
+  const page = await b.open(address('theme=dark'));
+  for (const [i, name] of fs.readdirSync(drawn).filter(f => f.endsWith('.png')).sort().slice(0, 6).entries()) {
+    const bytes = fs.readFileSync(path.join(drawn, name)).toString('base64');
+    const webp = await page.page.evaluate(async ([bytes, quality]) => {
+      const bitmap = await createImageBitmap(new Blob([Uint8Array.from(atob(bytes), c => c.charCodeAt(0))]));
+      const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
+      canvas.getContext('2d').drawImage(bitmap, 0, 0);
+      const blob = await canvas.convertToBlob({ type: 'image/webp', quality });
+      return [...new Uint8Array(await blob.arrayBuffer())];
+    }, [bytes, i % 2 ? 1 : 0.9]);
+    fs.writeFileSync(path.join(folder, name.replace('.png', '.webp')), Buffer.from(webp));
+  }
+  await page.give('Open folder…', folder);
+  await solved(page);
+  await idle(page);
+  const report = JSON.parse((await exported(page)).bytes);
+  const same = run('calibrate', folder, '--json');
+  assert.deepEqual(report.frames.map(f => f.corners.length), same.frames.map(f => f.corners.length));
+  assert.equal(report.frames.filter(f => f.included).length, 6);
+  near(report.camera, same.camera, (_, at) => 0.1 * (same.uncertainty.sigma[at] ?? 0) + 1e-9);
+});
+
 // Every number below `one` beside the same of `other`.
 function near(one, other, allowed, at = '') {
   if (typeof other === 'number') {

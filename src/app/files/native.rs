@@ -5,7 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{Inbox, PICTURES, opened, tell_bad, told};
+use super::{Inbox, PICTURES, camera, camera_extensions, opened, tell_bad, told};
 use crate::{
     app::{
         action::{Action, Command},
@@ -78,6 +78,20 @@ impl Inbox {
             .add_filter("Straightedge session", &[EXTENSION])
             .pick_file();
         self.ask(task, move |file| Some(Action::Do(Command::OpenPaths(vec![file.path().to_owned()]))));
+    }
+
+    /// Asks for a camera file.
+    pub fn pick_camera(&self) {
+        let task = rfd::AsyncFileDialog::new()
+            .set_title("Open a calibration to compare with")
+            .add_filter("Camera files", &camera_extensions())
+            .pick_file();
+        self.ask(task, move |file| Some(read(file.path())));
+    }
+
+    /// Opens a camera file to compare with.
+    pub fn open_camera(&self, path: PathBuf) {
+        self.spawn(move || Some(read(&path)));
     }
 
     /// Asks for a folder, then does something with it.
@@ -170,6 +184,11 @@ impl Inbox {
             Some(opened(&paths, photo::list(&paths), replace))
         });
     }
+}
+
+/// A camera file to compare with.
+fn read(path: &Path) -> Action {
+    camera(path, photo::bytes(path).map(|b| String::from_utf8_lossy(&b).into_owned()))
 }
 
 /// Where straightened pictures go: a folder, written to by the jobs themselves.

@@ -14,7 +14,7 @@ use zip::{
     write::{SimpleFileOptions, StreamWriter},
 };
 
-use super::{Inbox, PICTURES, opened, tell_bad, told};
+use super::{Inbox, PICTURES, camera, camera_extensions, opened, tell_bad, told};
 use crate::{
     app::{
         action::{Action, Command},
@@ -83,6 +83,20 @@ impl Inbox {
     /// Asks for a session file.
     pub fn pick_session(&self) {
         self.ask(false, format!(".{EXTENSION}"));
+    }
+
+    /// Asks for a camera file.
+    pub fn pick_camera(&self) {
+        let accept = camera_extensions().iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(",");
+        self.spawn(async move {
+            let paths = offer(&pick(false, &accept).await.ok()?);
+            Some(read(paths.into_iter().next()?).await)
+        });
+    }
+
+    /// Opens a camera file to compare with.
+    pub fn open_camera(&self, path: PathBuf) {
+        self.spawn(async move { Some(read(path).await) });
     }
 
     /// Downloads a file.
@@ -159,6 +173,11 @@ impl Inbox {
             Some(opened(&paths, files, replace))
         });
     }
+}
+
+/// A camera file to compare with.
+async fn read(path: PathBuf) -> Action {
+    camera(&path, photo::text(&path).await)
 }
 
 /// The session with the pictures that are among those at `paths`.

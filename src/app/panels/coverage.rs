@@ -3,6 +3,7 @@
 mod cells;
 mod certainty;
 mod diversity;
+mod next;
 
 use egui::{Rect, Sense, Stroke, Ui, pos2, vec2};
 
@@ -29,6 +30,7 @@ pub const PANEL: Panel = Panel {
         Page { name: "Corners", show: |cx, ui| corners(cx, ui) },
         Page { name: "Density", show: |cx, ui| density(cx, ui) },
         Page { name: "Diversity", show: |cx, ui| diversity::show(cx, ui) },
+        Page { name: "Next picture", show: |cx, ui| next::show(cx, ui) },
     ],
     switches: |_, _| (),
 };

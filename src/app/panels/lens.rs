@@ -1,9 +1,11 @@
 //! The picture before and after, and what the lens does to it.
 
 mod bend;
+mod beside;
 mod field;
 mod profile;
 mod projection;
+mod safe;
 mod swipe;
 
 use egui::{Sense, Ui, UiBuilder, vec2};
@@ -29,9 +31,13 @@ pub const PANEL: Panel = Panel {
         Page { name: "Side by side", show: |cx, ui| swipe::beside(cx, ui) },
         Page { name: "Displacement", show: |cx, ui| field::show(cx, ui) },
         Page { name: "Radial profile", show: |cx, ui| profile::show(cx, ui) },
+        Page { name: COMPARE, show: |cx, ui| beside::show(cx, ui) },
     ],
     switches: |_, _| (),
 };
+
+/// Name of the page with a second calibration.
+pub const COMPARE: &str = "Compare";
 
 /// Field of view that a choice of it begins with, and the narrowest.
 const USUAL_DEG: f64 = 90.0;
@@ -121,26 +127,38 @@ fn alpha(cx: &mut Cx<'_>, ui: &mut Ui) {
         ui.spacing_mut().slider_width = 170.0;
         let mut value = cx.state.doc.alpha;
         let slider = egui::Slider::new(&mut value, 0.0..=1.0).show_value(false).trailing_fill(true);
-        let help = "How much of the straightened picture is kept: crop shows only valid pixels, keep all shows every pixel of the photograph";
+        let help = "How much of the straightened picture is kept: crop shows only valid pixels, keep all shows every pixel of the photograph. It stops where no corner supports what is shown; drag once more to go on";
         let response = ui.add(slider).labelled_by(name.id).on_hover_text(help);
         let begins = begins(ui, &response);
+        let stop = stop(cx, ui, begins);
         if response.changed() {
-            cx.drag(begins, |d| d.alpha = value);
+            cx.drag(begins, |d| d.alpha = value.min(stop));
         }
         ui.label(text("keep all", font::regular(font::SMALL), t.text2));
         ui.label(text(format!("{:.2}", cx.state.doc.alpha), font::medium(font::SMALL), t.ink));
     });
 }
 
+/// Where α stops: at the largest that shows only what corners support, unless the drag begins there or beyond.
+fn stop(cx: &Cx<'_>, ui: &Ui, begins: bool) -> f64 {
+    let Some(most) = safe::of(cx, ui).and_then(|s| s.alpha) else { return 1.0 };
+    let id = egui::Id::unique("alpha goes on");
+    if begins {
+        ui.data_mut(|d| d.insert_temp(id, cx.state.doc.alpha >= most));
+    }
+    if ui.data(|d| d.get_temp(id)).unwrap_or(false) { 1.0 } else { most }
+}
+
 /// Bend, valid region, folds.
 fn figures(cx: &Cx<'_>, ui: &mut Ui) {
+    let beyond = safe::of(cx, ui).map_or(0.0, |s| 100.0 * s.beyond);
     let t = cx.t;
     let Some((_, solution)) = cx.state.data.solved() else { return };
     let bend = bend::of_selected(cx.state);
     let valid = cx.state.data.straight.as_ref().and_then(|s| s.valid);
-    let beyond = solution.uncertainty.grid_px.iter().flatten().filter(|v| v.is_none()).count();
+    let folded = solution.uncertainty.grid_px.iter().flatten().filter(|v| v.is_none()).count();
     let cells: usize = solution.uncertainty.grid_px.iter().map(Vec::len).sum();
-    let lost = 100.0 * beyond as f64 / cells.max(1) as f64;
+    let lost = 100.0 * folded as f64 / cells.max(1) as f64;
     ui.add_space(4.0);
     ui.horizontal(|ui| {
         for (value, what) in [
@@ -152,7 +170,11 @@ fn figures(cx: &Cx<'_>, ui: &mut Ui) {
                 valid.map_or("none".to_owned(), |r| format!("{} × {}", r.width, r.height)),
                 "valid region (dashed), px",
             ),
-            (format!("{lost:.0} %"), "cannot be straightened"),
+            if lost > 0.0 {
+                (format!("{lost:.0} %"), "cannot be straightened")
+            } else {
+                (format!("{beyond:.0} %"), "no corner near (shaded)")
+            },
         ] {
             let (rect, _) = ui.allocate_exact_size(vec2(134.0, 36.0), Sense::hover());
             let builder = UiBuilder::new().max_rect(rect).layout(egui::Layout::top_down(egui::Align::Min));

@@ -1,5 +1,7 @@
 //! The answer: verdict, numbers, findings, camera.
 
+mod next;
+
 use egui::{Align2, Color32, Sense, Stroke, Ui, pos2, vec2};
 
 use crate::{
@@ -55,6 +57,7 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
                 ui.data_mut(|d| d.insert_temp(id, !open));
             }
         }
+        next::show(cx, ui);
         if let Some(solution) = answer.solution() {
             separator(ui, t);
             camera(cx, ui, solution);

@@ -16,9 +16,8 @@ use crate::{
         number::significant,
         observation::FrameId,
         order,
-        report::{FrameReport, FrameState},
+        report::{FrameReport, FrameState, SET_ASIDE_BY_HAND},
     },
-    job::evidence::SET_ASIDE_BY_HAND,
 };
 
 /// Of pictures that wait.

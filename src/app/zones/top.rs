@@ -84,6 +84,9 @@ pub(super) fn open_menu(cx: &mut Cx<'_>, ui: &mut Ui) {
     if ui.button("Add pictures…").clicked() {
         cx.ask(Command::PickPictures);
     }
+    if !cx.state.doc.frames.is_empty() && ui.button("Compare with a camera file…").clicked() {
+        cx.ask(Command::PickCamera);
+    }
     if ui.button("Open session…").clicked() {
         cx.ask(Command::OpenSession);
     }
@@ -184,32 +187,6 @@ fn lens_words(cx: &Cx<'_>) -> &'static str {
 /// Both settings in a few words.
 pub(super) fn settings(cx: &Cx<'_>) -> String {
     format!("{} · {}", board::words(cx), lens_words(cx))
-}
-
-/// A labelled text field; answers its text when it was changed and left.
-fn field(ui: &mut Ui, label: &str, id: &str, shown: &str, hint: &str) -> Option<String> {
-    let mut answer = None;
-    ui.horizontal(|ui| {
-        let name = ui.label(label);
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            let id = egui::Id::unique(id);
-            let mut buffer = ui.data(|d| d.get_temp::<String>(id)).unwrap_or_else(|| shown.to_owned());
-            let edit = egui::TextEdit::singleline(&mut buffer)
-                .desired_width(110.0)
-                .hint_text(hint)
-                .id(id.with("edit"));
-            let response = ui.add(edit).labelled_by(name.id);
-            if response.has_focus() {
-                ui.data_mut(|d| d.insert_temp(id, buffer));
-            } else if response.lost_focus() {
-                ui.data_mut(|d| d.remove::<String>(id));
-                if buffer != shown {
-                    answer = Some(buffer);
-                }
-            }
-        });
-    });
-    answer
 }
 
 fn view(cx: &mut Cx<'_>, ui: &mut Ui) {

@@ -1,6 +1,6 @@
 //! The one sentence: whether the camera can be used, and where.
 
-use super::{Facts, Level, Verdict, facts};
+use super::{Facts, Level, UNSURE_FOCAL, Verdict, facts};
 use crate::calib::{
     number::{counted, significant},
     report::Solution,
@@ -8,8 +8,6 @@ use crate::calib::{
 
 /// Certainty beyond which a place is a guess, px.
 const GUESS_PX: f64 = 1.0;
-/// σ of the focal length beyond which nothing can be measured with the camera, as a share of it.
-const UNSURE_FOCAL: f64 = 0.01;
 /// Largest share of its distance from the middle by which one term may move a corner of the picture.
 const LARGEST_BEND: f64 = 3.0;
 /// Largest k1, k2 and k3: a long lens that bends by three hundredths has a tenth of that.

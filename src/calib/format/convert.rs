@@ -1,7 +1,7 @@
 //! Scaled and cropped camera files.
 
 use super::CameraFile;
-use crate::calib::{Result, observation::Corner};
+use crate::calib::{Result, observation::Corner, safe::clipped};
 
 impl CameraFile {
     /// The camera of the same pictures resized by `scale`, with everything that is in pixels.
@@ -26,6 +26,9 @@ impl CameraFile {
         }
         e.rms_px = e.rms_px.map(|v| v * scale);
         e.residual = e.residual.as_ref().map(|field| field.scaled(scale)).transpose()?;
+        for point in e.safe.iter_mut().flatten() {
+            *point = point.map(|v| scale * (v + 0.5) - 0.5);
+        }
         for frame in &mut e.frames {
             frame.rms_px = frame.rms_px.map(|v| v * scale);
             for c in &mut frame.corners {
@@ -45,6 +48,11 @@ impl CameraFile {
         file.camera = self.camera.cropped(rectangle)?;
         let [x, y] = [rectangle[0], rectangle[1]].map(f64::from);
         file.evidence.residual = file.evidence.residual.map(|field| field.cropped([x, y]));
+        let [_, _, w, h] = rectangle;
+        file.evidence.safe = file.evidence.safe.map(|polygon| {
+            let moved: Vec<[f64; 2]> = polygon.iter().map(|[a, b]| [a - x, b - y]).collect();
+            clipped(&moved, [w, h])
+        });
         for corner in file.evidence.frames.iter_mut().flat_map(|f| &mut f.corners) {
             corner.px.x -= x;
             corner.px.y -= y;

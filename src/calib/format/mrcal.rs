@@ -10,8 +10,8 @@ use std::{iter::Peekable, str::Chars};
 use super::{
     Content, Draft, Export, Format,
     lens::{self, held, opencv_terms},
-    node::{Node, size_px},
-    number::joined,
+    node::{Node, polygon, size_px},
+    number::{joined, points},
 };
 use crate::calib::{Error, Result, camera::Model};
 
@@ -39,14 +39,24 @@ fn write(export: &Export<'_>) -> Result<Draft> {
     let terms = opencv_terms(&camera).filter(|_| camera.model != Model::Pinhole).unwrap_or_default();
     let model = if terms.is_empty() { "PINHOLE".to_owned() } else { format!("OPENCV{}", terms.len()) };
     let k = camera.intrinsics();
-    let text = text_of(&format!("LENSMODEL_{model}"), k.iter().chain(&terms), camera.size_px);
+    let region = export.evidence.safe.as_deref();
+    let text = text_of(&format!("LENSMODEL_{model}"), k.iter().chain(&terms), camera.size_px, region);
     Ok(Draft::noted(text, note))
 }
 
-/// A file without a pose.
-fn text_of<'a>(model: &str, intrinsics: impl IntoIterator<Item = &'a f64>, [w, h]: [u32; 2]) -> String {
+/// A file without a pose; the region where the model is valid is a closed contour there, its first point is its last.
+fn text_of<'a>(
+    model: &str,
+    intrinsics: impl IntoIterator<Item = &'a f64>,
+    [w, h]: [u32; 2],
+    region: Option<&[[f64; 2]]>,
+) -> String {
+    let region = region.map_or(String::new(), |polygon| {
+        let closed: Vec<[f64; 2]> = polygon.iter().chain(polygon.first()).copied().collect();
+        format!("    'valid_intrinsics_region': [ {} ],\n\n", points(&closed))
+    });
     format!(
-        "{{\n    'lensmodel':  '{model}',\n\n    # intrinsics are fx,fy,cx,cy,distortion0,distortion1,....\n    'intrinsics': [ {},],\n\n    'rt_cam_ref': [ 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,],\n    'extrinsics': [ 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,],\n\n    'imagersize': [ {w}, {h},],\n}}\n",
+        "{{\n    'lensmodel':  '{model}',\n\n    # intrinsics are fx,fy,cx,cy,distortion0,distortion1,....\n    'intrinsics': [ {},],\n\n    'rt_cam_ref': [ 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,],\n    'extrinsics': [ 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,],\n\n{region}    'imagersize': [ {w}, {h},],\n}}\n",
         joined(intrinsics, ", ")
     )
 }
@@ -80,7 +90,15 @@ fn read(text: &str) -> Result<Content> {
     }
     let [w, h] = root.array_at("imagersize")?;
     let k = [values[0], values[1], values[2], values[3]];
-    Ok(lens::opencv(size_px(w, h)?, k, &values[4..])?.into())
+    let mut content = Content::from(lens::opencv(size_px(w, h)?, k, &values[4..])?);
+    if let Some(region) = root.find("valid_intrinsics_region") {
+        let mut contour = polygon(region, "valid_intrinsics_region")?;
+        if contour.len() > 1 && contour.first() == contour.last() {
+            contour.pop();
+        }
+        content.evidence.safe = Some(contour);
+    }
+    Ok(content)
 }
 
 /// Reads one Python literal: dictionaries, lists, tuples, strings, numbers.

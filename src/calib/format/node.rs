@@ -178,6 +178,19 @@ impl From<Value> for Node {
     }
 }
 
+/// A list of points `[x, y]`, px.
+///
+/// # Errors
+/// [`Error::Invalid`] with the field.
+pub(super) fn polygon(node: &Node, field: &str) -> Result<Vec<[f64; 2]>> {
+    let numbers = node.numbers(field)?;
+    let (pairs, rest) = numbers.as_chunks::<2>();
+    if !rest.is_empty() || !numbers.iter().all(|v| v.is_finite()) {
+        return Err(Error::Invalid(format!("{field} must hold points [x, y]")));
+    }
+    Ok(pairs.to_vec())
+}
+
 /// A width and a height as whole numbers of pixels.
 pub(super) fn size_px(width: f64, height: f64) -> Result<[u32; 2]> {
     let whole = |v: f64| {

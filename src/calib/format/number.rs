@@ -17,6 +17,11 @@ pub(super) fn joined<'a>(values: impl IntoIterator<Item = &'a f64>, separator: &
     values.into_iter().map(|v| number(*v)).collect::<Vec<_>>().join(separator)
 }
 
+/// Points as `[x, y], [x, y]`.
+pub(super) fn points(list: &[[f64; 2]]) -> String {
+    list.iter().map(|p| format!("[{}]", joined(p, ", "))).collect::<Vec<_>>().join(", ")
+}
+
 /// Exactly `N` numbers.
 pub(super) fn array<const N: usize>(values: &[f64]) -> Option<[f64; N]> {
     values.try_into().ok()

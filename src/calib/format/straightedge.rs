@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, Vector2, Vector3};
 
 use super::{
     Content, Draft, Evidence, Export, Format, Frame,
-    node::{Node, size_px},
-    number::{joined, number},
+    node::{Node, polygon, size_px},
+    number::{joined, number, points},
     residual,
 };
 use crate::calib::{
@@ -24,7 +24,7 @@ pub(super) const FORMAT: Format = Format {
     name: "straightedge",
     title: "Straightedge JSON",
     extensions: &["json"],
-    usual: &["json"],
+    usual: &["json", "html"],
     stem: "camera",
     convention: "Everything that is known, with σ and covariance. The centre of the first pixel is (0, 0); values by name.",
     lacks: "nothing",
@@ -53,6 +53,9 @@ fn write(export: &Export<'_>) -> Result<Draft> {
     if let Some(name) = &evidence.name {
         field("name", json_text(name));
     }
+    if let Some(date) = &evidence.date {
+        field("date", json_text(date));
+    }
     let settings: Vec<String> = [
         evidence.board.map(|b| format!("\"board\": \"{b}\"")),
         evidence.square.map(|s| format!("\"square\": {}", number(s))),
@@ -78,11 +81,14 @@ fn write(export: &Export<'_>) -> Result<Draft> {
             .map(|(n, s)| format!("\"{n}\": {}", s.map_or_else(|| "null".to_owned(), number)))
             .collect();
         field("sigma", format!("{{{}}}", values.join(", ")));
-        if let Some(covariance) = full_covariance(evidence, names.len()) {
+        if let Some(covariance) = evidence.covariance_of_all(camera) {
             let rows: Vec<String> =
                 covariance.row_iter().map(|r| format!("[{}]", joined(r.iter(), ", "))).collect();
             field("covariance", format!("[\n    {}\n  ]", rows.join(",\n    ")));
         }
+    }
+    if let Some(polygon) = &evidence.safe {
+        field("safe_region", format!("{{\"polygon_px\": [{}]}}", points(polygon)));
     }
     if let Some(residual_field) = &evidence.residual {
         field("residual_map", residual::written(residual_field));
@@ -103,22 +109,6 @@ fn named(names: &[&str], values: &[f64]) -> String {
 
 fn json_text(text: &str) -> String {
     serde_json::Value::from(text).to_string()
-}
-
-/// The covariance in the order of all parameters, zero where fixed.
-fn full_covariance(evidence: &Evidence, n: usize) -> Option<DMatrix<f64>> {
-    let small = evidence.covariance.as_ref()?;
-    let free = &evidence.free;
-    if small.nrows() != free.len() || small.ncols() != free.len() || free.iter().any(|i| *i >= n) {
-        return None;
-    }
-    let mut full = DMatrix::zeros(n, n);
-    for (a, i) in free.iter().enumerate() {
-        for (b, j) in free.iter().enumerate() {
-            full[(*i, *j)] = small[(a, b)];
-        }
-    }
-    Some(full)
 }
 
 fn frame(frame: &Frame) -> String {
@@ -173,6 +163,9 @@ fn read(text: &str) -> Result<Content> {
             .iter()
             .map(|p| sigma.find(p.name).map(|v| v.number(p.name)).transpose())
             .collect::<Result<_>>()?;
+    }
+    if let Some(region) = root.find("safe_region") {
+        evidence.safe = Some(polygon(region.get("polygon_px")?, "safe_region")?);
     }
     if let Some(map) = root.find("residual_map") {
         evidence.residual = residual::read(map)?;
@@ -238,6 +231,11 @@ fn read_camera(node: &Node) -> Result<Camera> {
     Camera::new(model, size_px(w, h)?, params)
 }
 
+/// When the first picture was taken.
+fn first_taken(root: &Node) -> Option<&str> {
+    root.find("frames")?.items().iter().filter_map(|f| f.text_at("taken")).min()
+}
+
 fn read_evidence(root: &Node) -> Result<Evidence> {
     let settings = root.find("settings").unwrap_or(root);
     let group = root.find("groups").and_then(|g| g.items().first());
@@ -246,6 +244,7 @@ fn read_evidence(root: &Node) -> Result<Evidence> {
         make: of_group("make"),
         camera_model: of_group("model"),
         name: root.text_at("name").map(str::to_owned),
+        date: root.text_at("date").or(first_taken(root)).map(str::to_owned),
         board: settings.text_at("board").and_then(|t| t.parse().ok()),
         rms_px: root.find("rms_px").map(|v| v.number("rms_px")).transpose()?,
         ..Evidence::default()

@@ -32,6 +32,7 @@ fn sample() -> (Camera, Evidence) {
         covariance: None,
         free: Vec::new(),
         residual: None,
+        safe: None,
         frames: vec![Frame {
             file: "images/v01.png".to_owned(),
             camera_from_board: Some(Pose::from_rvec_tvec(

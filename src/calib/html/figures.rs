@@ -16,13 +16,13 @@ use crate::calib::{
 const CELLS: u32 = 80;
 
 /// A figure with its caption.
-fn figure(panel: &Panel, caption: &str) -> String {
+pub(in super::super) fn figure(panel: &Panel, caption: &str) -> String {
     // Inside HTML an SVG needs no name space.
     let svg = panel.svg().replace(" xmlns=\"http://www.w3.org/2000/svg\"", "");
     format!("<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>\n", escape(caption))
 }
 
-fn row(figures: &[String]) -> String {
+pub(in super::super) fn row(figures: &[String]) -> String {
     format!("<div class=\"figures\">\n{}</div>\n", figures.concat())
 }
 

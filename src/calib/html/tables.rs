@@ -44,6 +44,16 @@ pub(super) fn warnings(report: &Report) -> String {
     out + "</ul>\n"
 }
 
+/// What to photograph next.
+pub(super) fn advice(report: &Report) -> String {
+    let Some(advice) = &report.advice else { return String::new() };
+    format!(
+        "<p><b>Next:</b> {} <span class=\"muted\">{}</span></p>\n",
+        escape(&advice.sentence),
+        escape(&advice.promise)
+    )
+}
+
 /// Parameters with σ, and beside the truth where it is known.
 pub(super) fn camera(solution: &Solution) -> String {
     let known = !solution.truth.is_empty();
@@ -110,6 +120,17 @@ pub(super) fn certainty(report: &Report, solution: &Solution) -> String {
             ))
         ),
     )];
+    if let Some(far) = &solution.uncertainty_far {
+        let text = format!(
+            "{} in the middle, {} in the worst corner (1 σ)",
+            px(far.center_px),
+            px(far.worst_corner_px)
+        );
+        rows.push(("The same of points far away", text));
+    }
+    if let Some(region) = &solution.safe_region {
+        rows.push(("Safe region", region.words()));
+    }
     if let Some(map) = &solution.residual_map {
         rows.push(("Residual map", map.to_string()));
     }
@@ -297,6 +318,9 @@ pub(super) fn models(comparison: &Comparison) -> String {
 
 pub(super) fn covariance(solution: &Solution) -> String {
     let names: Vec<&str> = solution.sigma.iter().map(|(name, _)| name).collect();
+    let params = solution.camera.spec().params.iter();
+    let with_units: Vec<String> =
+        params.map(|p| format!("{} {}", p.name, p.unit).trim().to_owned()).collect();
     let c = &solution.covariance;
     let correlation =
         DMatrix::from_fn(c.nrows(), c.ncols(), |i, j| c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt());
@@ -311,7 +335,9 @@ pub(super) fn covariance(solution: &Solution) -> String {
         }
     });
     format!(
-        "<h3>Correlation</h3>\n{coloured}<h3>Covariance</h3>\n<p class=\"muted\">Units are the products of the parameters' units; zero where a parameter was fixed.</p>\n{plain}"
+        "<h3>Correlation</h3>\n{coloured}<h3>Covariance</h3>\n<p class=\"muted\">In this order: {}; units are the products of the parameters' units. \
+         The uncertainty of all poses is in it (marginalised); zero where a parameter was fixed.</p>\n{plain}",
+        escape(&with_units.join(", "))
     )
 }
 

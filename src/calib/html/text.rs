@@ -1,7 +1,7 @@
 //! Words of the page, and how other people's words get into it.
 
 /// Text that is safe between tags and in attributes.
-pub(super) fn escape(text: &str) -> String {
+pub(in super::super) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -28,7 +28,9 @@ pub(super) const CONVENTIONS: &str = "<ul class=\"plain\">
 ";
 
 pub(super) const NUMBERS: &str = "<p>Every number of this run in full precision (corners, residuals, poses, covariance, settings) is in this file, as the JSON that \
-<code>straightedge calibrate --json</code> prints. <code>straightedge calibrate --corners FILE.json</code> calibrates from its corners again.</p>
+<code>straightedge calibrate --json</code> prints. <code>straightedge check FILE.html</code> solves again from the corners and settings in this file and compares every parameter; \
+<code>straightedge calibrate --corners FILE.json</code> calibrates from the corners with other settings. Every command that takes a camera \
+file also takes this page.</p>
 <p><button type=\"button\" id=\"save\">Save the JSON</button></p>
 ";
 

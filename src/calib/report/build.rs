@@ -12,6 +12,7 @@ use crate::calib::{
     observation::FrameId,
     pose::Pose,
     residual,
+    safe::SafeRegion,
     solution::{Calibration, View, Warning},
     stats,
     synth::Truth,
@@ -37,6 +38,7 @@ impl Report {
             warnings,
             models: None,
             sources: None,
+            advice: None,
             timing_ms: Timing::default(),
         }
     }
@@ -65,6 +67,8 @@ impl Report {
             let points: Vec<_> = self.included().filter_map(|f| Some((x(f)?, f.rms_px?))).collect();
             stats::trend(&points)
         };
+        let corners = self.corners_px();
+        let uncertainty = uncertainty::of(calibration, target, Range::Boards);
         let names = camera.spec().params.iter().map(|p| p.name.to_owned());
         Solution {
             rms_px: calibration.rms_px,
@@ -79,8 +83,10 @@ impl Report {
             starts: calibration.starts.clone(),
             closed_form: calibration.closed_form.clone(),
             stats: stats::errors(&self.errors_px()),
-            coverage: stats::coverage(&self.corners_px(), camera.size_px),
-            uncertainty: uncertainty::of(calibration, target, Range::Boards),
+            uncertainty_far: Some(uncertainty::of(calibration, target, Range::Infinity)),
+            coverage: stats::coverage(&corners, camera.size_px),
+            safe_region: Some(SafeRegion::new(&camera, &corners, &uncertainty)),
+            uncertainty,
             trends: Trends { rms_by_tilt_rad: trend(|f| f.tilt_rad), rms_by_distance: trend(|f| f.distance) },
             residual_map: None,
             truth: Vec::new(),

@@ -6,9 +6,9 @@ use nalgebra::DMatrix;
 use serde::Deserialize;
 
 use super::{
-    Camera, ClosedForm, Comparison, Coverage, ErrorStats, Failure, FrameReport, GroupReport, Iteration,
-    Model, Named, Report, ResidualMap, Settings, Solution, Sources, Starts, Termination, Timing, Trends,
-    Uncertainty, Warning, calibrate, json, wire,
+    Advice, Camera, ClosedForm, Comparison, Coverage, ErrorStats, Failure, FrameReport, GroupReport,
+    Iteration, Model, Named, Report, ResidualMap, SafeRegion, Settings, Solution, Sources, Starts,
+    Termination, Timing, Trends, Uncertainty, Warning, calibrate, json, wire,
 };
 
 #[derive(Deserialize)]
@@ -23,6 +23,7 @@ pub(super) struct Flat {
     warnings: Vec<Warning>,
     models: Option<calibrate::Comparison>,
     sources: Option<Sources>,
+    advice: Option<Advice>,
     #[serde(default)]
     timing_ms: Timing,
 
@@ -45,6 +46,8 @@ pub(super) struct Flat {
     stats: Option<ErrorStats>,
     coverage: Option<Coverage>,
     uncertainty: Option<Uncertainty>,
+    uncertainty_far: Option<Uncertainty>,
+    safe_region: Option<SafeRegion>,
     trends: Option<Trends>,
     residual_map: Option<ResidualMap>,
     #[serde(default, with = "wire::by_name")]
@@ -73,6 +76,7 @@ impl TryFrom<Flat> for Report {
             warnings: flat.warnings,
             models: flat.models,
             sources: flat.sources,
+            advice: flat.advice,
             timing_ms: flat.timing_ms,
         })
     }
@@ -106,6 +110,8 @@ impl Flat {
             stats: need!(self.stats),
             coverage: need!(self.coverage),
             uncertainty: need!(self.uncertainty),
+            uncertainty_far: self.uncertainty_far.take(),
+            safe_region: self.safe_region.take(),
             trends: need!(self.trends),
             residual_map: self.residual_map.take(),
             truth: std::mem::take(&mut self.truth),

@@ -125,7 +125,7 @@ impl Degrade {
     ///
     /// # Errors
     /// [`Error::Unsupported`] where JPEG cannot hold a picture of this size.
-    pub(super) fn apply(&self, mut light: Plane<f32>, scene: &Scene, view: usize) -> Result<Plane<u8>> {
+    pub fn apply(&self, mut light: Plane<f32>, scene: &Scene, view: usize) -> Result<Plane<u8>> {
         let stream = |s: Stream| random::stream(scene.seed, view, s as u64);
         if self.occlusion > 0.0 {
             occlude(&mut light, self.occlusion, scene, view, &mut stream(Stream::Occlusion));

@@ -10,6 +10,7 @@ use crate::{
     camera::{Camera, Model},
     observation::{Corner, FrameId, Observation},
     pose::Pose,
+    solution::View,
     synth::Scene,
 };
 
@@ -86,7 +87,7 @@ fn it_is_the_scatter_of_repeated_calibrations() {
                     let d = through_the_boards((&scene.camera, &poses), one, px, distance) - px;
                     scatter += d * d.transpose() / SOLVES as f64;
                     let scatter = Scatter::new(one, &scene.board.target()).unwrap();
-                    predicted += scatter.at(one, &px, Some(distance)).unwrap() / SOLVES as f64;
+                    predicted += scatter.at(&one.camera, &px, Some(distance)).unwrap() / SOLVES as f64;
                 }
                 let measured = scatter.symmetric_eigenvalues().max().sqrt();
                 println!("{loss} {fixed} {distance} {px:?}: {predicted:.4} px, scatter {measured:.4} px");

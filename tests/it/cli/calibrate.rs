@@ -203,3 +203,44 @@ fn the_page_of_the_evidence_is_written() {
     let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
     assert!(page.starts_with("<!doctype html>") && page.contains("view_03.png"));
 }
+
+#[test]
+fn advice_and_its_goal() {
+    let folder = photos(&scene());
+    let args = ["calibrate", ".", "--board", "9x6", "--square", "30mm", "--json", "--goal"];
+    let with = |goal: &str| json(folder.path(), &[&args[..], &[goal]].concat(), 0)["advice"].clone();
+    let enough = with("100px,centre");
+    assert_eq!(
+        (&enough["state"], &enough["pictures"], &enough["next"]),
+        (&"enough".into(), &0.into(), &Value::Null)
+    );
+    let next = with("0.00001px");
+    assert_eq!((&next["state"], &next["goal"]), (&"next".into(), &"0.00001px".into()));
+    assert!(next["sentence"].as_str().unwrap().contains("of the picture, "), "{next}");
+    let px = |of: &str| next[of]["center_px"].as_f64().unwrap();
+    assert!(px("before") > 0.0 && px("after") > 0.0 && next["next"]["distance"].as_f64().unwrap() > 100.0);
+    // 2 mm at 2 m with some 500 px of focal length; and nonsense is refused before any work.
+    let task = with("2mm@2m");
+    assert!((0.4..0.6).contains(&task["goal_px"].as_f64().unwrap()) && task["range"] == 2000.0, "{task}");
+    let wrong = run(folder.path(), &["calibrate", ".", "--goal", "2mm"]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(stderr(&wrong).contains("baseline"), "{}", stderr(&wrong));
+}
+
+#[test]
+fn a_capture_has_a_twin() {
+    let folder = photos(&scene());
+    let at = folder.path();
+    let twin = json(at, &["twin", ".", "--board", "9x6", "--runs", "4", "--json"], 0);
+    assert_eq!((&twin["runs"], &twin["failed"], &twin["pictures"]), (&4.into(), &0.into(), &8.into()));
+    assert_eq!(twin["parameters"].as_array().unwrap().len(), 9);
+    assert!(twin["found_fraction"].as_f64().unwrap() > 0.99);
+    // Of a calibration as of its pictures.
+    let told = run(at, &["calibrate", ".", "--board", "9x6", "--out", "camera.json"]);
+    assert_eq!(told.status.code(), Some(0), "{}", stderr(&told));
+    assert_eq!(json(at, &["twin", "camera.json", "--runs", "4", "--json"], 0)["places"], twin["places"]);
+    fs::write(at.join("other.json"), "{}").unwrap();
+    let wrong = run(at, &["twin", "other.json"]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(stderr(&wrong).contains("straightedge calibrate"), "{}", stderr(&wrong));
+}

@@ -10,11 +10,12 @@ use straightedge::{
         App,
         action::{Action, demo},
         lab::Part,
-        panels::PANELS,
-        screen::{Dialog, ExportPart, Screen},
+        panels::{PANELS, Tile},
+        screen::{Beside, Dialog, ExportPart, Screen},
         state::Frame,
     },
     calib::{
+        compare::Side,
         experiment::ablate::{Numbers, TRIALS},
         observation::FrameId,
     },
@@ -42,6 +43,12 @@ fn show(window: &mut Harness<'_, App>, screen: Screen) {
 
 fn every_page(theme: Theme) {
     let mut window = demonstrated(SIZE, theme);
+    let solution = window.state().state.data.solved().unwrap().1.clone();
+    let mut camera = solution.camera;
+    camera.params[0] += 0.2;
+    camera.params[4] += 0.002;
+    let side = Side { camera, covariance: Some(solution.covariance) };
+    let earlier = Beside { name: "last_may.json".to_owned(), side };
     for panel in &PANELS {
         for (i, page) in panel.pages.iter().enumerate() {
             let mut screen = Screen { center: panel.tile, ..Screen::default() };
@@ -63,6 +70,9 @@ fn every_page(theme: Theme) {
         picture(&mut window, &name(theme, what));
     };
     shoot(Screen { sheet: true, ..Screen::default() }, "sheet");
+    let mut lens = Screen { center: Tile::Lens, beside: Some(Arc::new(earlier)), ..Screen::default() };
+    lens.pages[Tile::Lens.index()] = PANELS[Tile::Lens.index()].pages.len() - 1;
+    shoot(lens, "compared");
     shoot(Screen { more: true, ..Screen::default() }, "more");
     let export = |part| Dialog::Export { part, format: 0 };
     for (dialog, what) in [
@@ -117,6 +127,19 @@ fn nothing_can_be_read() {
     settle(&mut window);
     window.state_mut().state.data.took_ms = None;
     picture(&mut window, "nothing_found_dark");
+}
+
+/// Few pictures: what to photograph next is in the answer, and the board as it should be held in the centre.
+#[test]
+fn the_next_picture() {
+    let mut window = window(SIZE, Theme::Dark);
+    window.state_mut().act(Action::Open(demo()[..4].to_vec()));
+    settle(&mut window);
+    let coverage = Tile::Coverage.index();
+    let mut screen = Screen { center: Tile::Coverage, ..Screen::default() };
+    screen.pages[coverage] = PANELS[coverage].pages.iter().position(|p| p.name == "Next picture").unwrap();
+    show(&mut window, screen);
+    picture(&mut window, "next_picture_dark");
 }
 
 /// The demo's pictures over and over, as if they were different ones.

@@ -10,6 +10,7 @@ use crate::app::{
     style::{font, from_map},
     widgets::{WHOLE, certainty, color_bar, empty, fit_top_left, named, text},
 };
+use crate::calib::{number::significant, report::Solution, uncertainty::Uncertainty};
 
 /// Upper end of the scale, px.
 const TOP_PX: f64 = 10.0;
@@ -25,7 +26,8 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
     let state = cx.state;
     let Some((answer, solution)) = state.data.solved() else { return empty(ui, t, NOTHING) };
-    let grid = Grid::from_rows(&solution.uncertainty.grid_px);
+    let u = wanted(cx, solution);
+    let grid = Grid::from_rows(&u.grid_px);
     let all = ui.available_rect_before_wrap();
     let [w, h] = solution.camera.size_px.map(|n| n as f32);
     let side = if all.width() > 560.0 { 196.0 } else { 0.0 };
@@ -35,7 +37,8 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let bottom = bottom_px(&grid);
     let share = |px: f64| (px.max(1e-9) / bottom).log10() / (TOP_PX / bottom).log10();
     let color = |px: f64| from_map(colorous::VIRIDIS, share(px));
-    let texture = cx.textures.map(ui, "certainty", answer.key.0 as u64, || grid.image(160, color));
+    let made_from = answer.key.0 as u64 ^ u64::from(u.range.is_none());
+    let texture = cx.textures.map(ui, "certainty", made_from, || grid.image(160, color));
     ui.painter().image(texture.id(), rect, WHOLE, Color32::WHITE);
     let place = Place::covering(rect, solution.camera.size_px);
     maps::dots(ui.painter(), &place, &answer.report().corners_px(), 1.0, Color32::from_white_alpha(150));
@@ -43,7 +46,6 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         .map(|l| (l, format!("{l}")));
     maps::contours(ui, rect, &grid, &levels);
     let response = ui.interact(rect, ui.scope_id().with("certainty"), Sense::hover());
-    let u = &solution.uncertainty;
     let words = format!(
         "Certainty of the projection, {} px at centre, {} px at the worst corner",
         certainty(u.center_px),
@@ -77,15 +79,20 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     if side > 0.0 {
         let place = Rect::from_min_max(pos2(rect.right() + 66.0, all.top()), all.max);
         let mut ui = crate::app::panels::part(ui, "figures", place);
-        figures(cx, &mut ui);
+        figures(cx, &mut ui, u);
     }
 }
 
+/// At the distance that is chosen.
+fn wanted<'a>(cx: &Cx<'_>, solution: &'a Solution) -> &'a Uncertainty {
+    let far = solution.uncertainty_far.as_ref().filter(|_| cx.state.screen.far);
+    far.unwrap_or(&solution.uncertainty)
+}
+
 /// What the map says in words.
-fn figures(cx: &Cx<'_>, ui: &mut Ui) {
+fn figures(cx: &mut Cx<'_>, ui: &mut Ui, u: &Uncertainty) {
     let t = cx.t;
-    let Some((answer, solution)) = cx.state.data.solved() else { return };
-    let u = &solution.uncertainty;
+    let Some((answer, _)) = cx.state.data.solved() else { return };
     let unit = answer.report().settings.unit.name();
     ui.label(text(
         "If you calibrated again with other pictures like these, a point would move by this much, 1 σ.",
@@ -106,14 +113,14 @@ fn figures(cx: &Cx<'_>, ui: &mut Ui) {
         });
     }
     ui.add_space(10.0);
-    let range = u.range.map_or_else(
-        || "For points far away.".to_owned(),
-        |r| {
-            format!(
-                "For points as far as the boards were, {} {unit}.",
-                crate::calib::number::significant(r, 3)
-            )
-        },
+    ui.label(text("For points", font::regular(font::SMALL), t.text3));
+    let at_boards = answer.solution().and_then(|s| s.uncertainty.range).map_or_else(
+        || "at the boards".to_owned(),
+        |r| format!("as far as the boards, {} {unit}", significant(r, 3)),
     );
-    ui.label(text(range, font::regular(font::SMALL), t.text3));
+    for (far, name) in [(false, at_boards.as_str()), (true, "far away")] {
+        if ui.radio(cx.state.screen.far == far, text(name, font::regular(font::SMALL), t.text2)).clicked() {
+            cx.show(|s| s.far = far);
+        }
+    }
 }

@@ -52,6 +52,9 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui, inside: Rect, salt: &str) -> Op
         ui.painter_at(rect.with_max_x(x)).image(before, rect, WHOLE, Color32::WHITE);
     }
     ui.painter_at(rect.with_min_x(x)).image(after, rect, WHOLE, Color32::WHITE);
+    if salt == "page" {
+        super::safe::shade(cx, ui, rect, rect.with_min_x(x));
+    }
     if let Some(valid) = cx.state.data.straight.as_ref().and_then(|s| s.valid).filter(|_| salt == "page") {
         let edge = |x: u32, y: u32| place.point([f64::from(x) - 0.5, f64::from(y) - 0.5]);
         let (l, t, r, b) = (valid.x, valid.y, valid.x + valid.width, valid.y + valid.height);
@@ -103,6 +106,9 @@ pub(super) fn beside(cx: &mut Cx<'_>, ui: &mut Ui) {
         named(&response, egui::Role::Image, true, &format!("The picture {name} straightening"));
         if let Some(texture) = texture {
             ui.painter().image(texture, place.rect, WHOLE, Color32::WHITE);
+            if name == "after" {
+                super::safe::shade(cx, ui, place.rect, place.rect);
+            }
         }
         plate(ui.painter(), place.rect, place.rect.left_top() + vec2(6.0, 6.0), Align2::LEFT_TOP, name);
     }

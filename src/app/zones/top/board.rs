@@ -2,14 +2,14 @@
 
 use egui::Ui;
 
-use super::{chip, field};
+use super::chip;
 use crate::{
     app::{
         cx::Cx,
         files::tell_bad,
         state::Answer,
         style::{font, icon},
-        widgets::text,
+        widgets::{field, text},
     },
     calib::{
         Error, Result,

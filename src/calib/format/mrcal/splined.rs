@@ -19,7 +19,7 @@ pub fn write_splined(camera: &Splined) -> String {
     let Layout { knots: [columns, rows], fov_x_deg } = camera.layout();
     let model = format!("{NAME}_order=3_Nx={columns}_Ny={rows}_fov_x_deg={fov_x_deg}");
     let core = camera.intrinsics();
-    text_of(&model, core.iter().chain(camera.surface().iter().flatten()), camera.size_px())
+    text_of(&model, core.iter().chain(camera.surface().iter().flatten()), camera.size_px(), None)
 }
 
 /// Whether a text is meant for [`read_splined`], also where it is damaged.

@@ -1,0 +1,176 @@
+//! A second calibration beside the one found: where they differ, and whether chance explains it.
+
+use std::sync::Arc;
+
+use egui::{Color32, Rect, Sense, Ui, pos2, vec2};
+
+use super::NOTHING;
+use crate::{
+    app::{
+        action::Command,
+        cx::Cx,
+        maps::{self, Grid},
+        plots::Axis,
+        screen::Beside,
+        style::{font, from_map, icon},
+        widgets::{WHOLE, button, color_bar, empty, fit_top_left, named, text},
+    },
+    calib::{
+        Result,
+        compare::{Comparison, Side, Verdict, compare},
+        number::{significant, with_sigma},
+    },
+    job::Key,
+};
+
+/// Width of the words beside the map.
+const WORDS: f32 = 250.0;
+
+/// Of an answer and a file.
+struct Known {
+    made_from: (Key, Arc<Beside>),
+    comparison: Result<Comparison>,
+}
+
+/// Of the present answer and the open file, computed once.
+fn comparison(cx: &Cx<'_>, ui: &Ui, beside: &Arc<Beside>) -> Option<Arc<Known>> {
+    let (answer, solution) = cx.state.data.solved()?;
+    let id = egui::Id::unique("calibration beside");
+    let same = |k: &Arc<Known>| k.made_from.0 == answer.key && Arc::ptr_eq(&k.made_from.1, beside);
+    if let Some(known) = ui.data(|d| d.get_temp::<Arc<Known>>(id)).filter(same) {
+        return Some(known);
+    }
+    let here = Side { camera: solution.camera.clone(), covariance: Some(solution.covariance.clone()) };
+    let made =
+        Arc::new(Known { made_from: (answer.key, beside.clone()), comparison: compare(&beside.side, &here) });
+    ui.data_mut(|d| d.insert_temp(id, made.clone()));
+    Some(made)
+}
+
+/// The page.
+pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let t = cx.t;
+    if cx.state.data.solved().is_none() {
+        return empty(ui, t, NOTHING);
+    }
+    let Some(beside) = cx.state.screen.beside.clone() else { return invitation(cx, ui) };
+    let Some(known) = comparison(cx, ui, &beside) else { return };
+    let all = ui.available_rect_before_wrap();
+    let side = if all.width() > 2.0 * WORDS { WORDS } else { 0.0 };
+    let mut words = if side > 0.0 {
+        crate::app::panels::part(ui, "words", all.with_min_x(all.right() - side))
+    } else {
+        crate::app::panels::part(ui, "words", all.with_min_y(all.center().y))
+    };
+    match &known.comparison {
+        Ok(comparison) => {
+            let right = if side > 0.0 { side + 16.0 } else { 0.0 };
+            let bottom = if side > 0.0 { all.bottom() } else { all.center().y };
+            let room = Rect::from_min_max(all.min, pos2(all.right() - right - 62.0, bottom - 26.0));
+            map(cx, ui, room, &known, comparison);
+            figures(cx, &mut words, &beside, comparison);
+        }
+        Err(error) => drop(words.label(text(error.to_string(), font::regular(font::SMALL), t.bad))),
+    }
+    words.add_space(10.0);
+    words.horizontal_wrapped(|ui| {
+        if button(ui, t, icon::FOLDER, "Another…", 24.0).clicked() {
+            cx.ask(Command::PickCamera);
+        }
+        if button(ui, t, "", "Close", 24.0).clicked() {
+            cx.show(|s| s.beside = None);
+        }
+    });
+}
+
+/// Before there is one.
+fn invitation(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let t = cx.t;
+    let words = "Is it still the same camera? Drop an earlier calibration on the window, a camera file of any program or a report, and see where in the picture the two differ, and whether chance explains it.";
+    ui.set_max_width(420.0);
+    ui.label(text(words, font::regular(font::BODY), t.text2));
+    ui.add_space(8.0);
+    if button(ui, t, icon::FOLDER, "Open a camera file…", 26.0).clicked() {
+        cx.ask(Command::PickCamera);
+    }
+}
+
+fn map(cx: &mut Cx<'_>, ui: &Ui, room: Rect, known: &Known, comparison: &Comparison) {
+    let t = cx.t;
+    let lengths = comparison.lengths();
+    let values = lengths.values.iter().map(|v| v.is_finite().then_some(*v)).collect();
+    let grid = Grid { values, columns: lengths.columns };
+    let most = comparison.whole.max_px.max(1e-9);
+    let rect = fit_top_left(room, comparison.image_size_px.map(|n| n as f32).into());
+    ui.painter().rect_filled(rect, 2.0, t.canvas);
+    let color = |v: f64| from_map(colorous::VIRIDIS, v / most);
+    let made_from = known.made_from.0.0 as u64 ^ Arc::as_ptr(&known.made_from.1) as u64;
+    let texture = cx.textures.map(ui, "beside", made_from, || grid.image(160, color));
+    ui.painter().image(texture.id(), rect, WHOLE, Color32::WHITE);
+    let scale = Axis::new(0.0, most, 5, "px");
+    let ticks = scale.ticks.iter().filter(|v| **v > 1e-9);
+    let levels: Vec<(f64, String)> = ticks.clone().map(|v| (*v, scale.label(*v))).collect();
+    maps::contours(ui, rect, &grid, &levels);
+    let bar =
+        Rect::from_min_size(pos2(rect.right() + 8.0, rect.top() + 6.0), vec2(8.0, rect.height() - 12.0));
+    let last = scale.ticks.last().copied();
+    let labels: Vec<(f32, String)> = ticks
+        .map(|v| {
+            (
+                (v / most) as f32,
+                if last == Some(*v) { format!("{} px", scale.label(*v)) } else { scale.label(*v) },
+            )
+        })
+        .collect();
+    color_bar(ui, t, bar, &labels, |s| from_map(colorous::VIRIDIS, s));
+    let response = ui.interact(rect, ui.scope_id().with("beside"), Sense::hover());
+    named(
+        &response,
+        egui::Role::Image,
+        true,
+        &format!("Difference of two calibrations, up to {} px", significant(most, 2)),
+    );
+    ui.painter().text(
+        rect.left_bottom() + vec2(0.0, 6.0),
+        egui::Align2::LEFT_TOP,
+        "px that a point moves from the earlier calibration to this one",
+        font::regular(font::CAPTION),
+        t.text3,
+    );
+}
+
+fn figures(cx: &Cx<'_>, ui: &mut Ui, beside: &Beside, c: &Comparison) {
+    let t = cx.t;
+    let color = match c.verdict {
+        Verdict::WithinChance => t.ok,
+        Verdict::Differ => t.bad,
+        Verdict::Unknown => t.warn,
+    };
+    ui.label(text(&beside.name, font::semibold(font::SMALL), t.ink));
+    ui.label(text(c.sentence(), font::regular(font::SMALL), color));
+    ui.add_space(8.0);
+    let row = |ui: &mut Ui, name: &str, value: String| {
+        ui.horizontal(|ui| {
+            ui.label(text(name, font::regular(font::SMALL), t.text2));
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.label(text(value, font::medium(font::SMALL), t.ink));
+            });
+        });
+    };
+    for (name, figures) in [
+        ("RMS in the middle half", c.middle),
+        ("RMS over the picture", c.whole),
+        ("RMS in the corners", c.corners),
+    ] {
+        row(ui, name, format!("{} px", significant(figures.rms_px, 2)));
+    }
+    ui.add_space(8.0);
+    for p in &c.parameters {
+        let value = match p.sigma[0].filter(|s| *s > 0.0) {
+            Some(sigma) => with_sigma(p.values[0], sigma).join(" ± "),
+            None => significant(p.values[0], 6),
+        };
+        let by = p.in_sigma.map_or(String::new(), |s| format!("  {s:+.1} σ"));
+        row(ui, p.name, format!("{value}{by}"));
+    }
+}

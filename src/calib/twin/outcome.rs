@@ -1,0 +1,214 @@
+//! What the runs of a twin say: bias and scatter beside the predicted σ.
+
+use std::ops::ControlFlow;
+
+use nalgebra::{Matrix2, Point3, Vector2, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::{Seen, Twin};
+use crate::calib::{
+    Error, Result,
+    calibrate::calibrate,
+    pose::Pose,
+    solution::Calibration,
+    stats,
+    uncertainty::{self, Range},
+};
+
+/// Fewest runs that say something about a scatter.
+const FEWEST: usize = 3;
+
+/// What came out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Runs that have a camera.
+    pub runs: usize,
+    /// Runs that have none.
+    pub failed: usize,
+    /// Pictures of a run.
+    pub pictures: usize,
+    /// Share of the corners that were found again.
+    pub found_fraction: f64,
+    /// Noise of the pictures, grey levels: the median.
+    pub noise_levels: f64,
+    /// RMS of the corners' distances from their true places per coordinate, and of their predicted σ, px.
+    pub corner_px: [f64; 2],
+    /// RMS per coordinate of the residuals: of the capture, and of its twin.
+    pub rms_per_coordinate_px: [f64; 2],
+    /// One for each parameter of the camera that is free.
+    pub parameters: Vec<Parameter>,
+    /// The projection at places in the picture, at the boards' distance, px.
+    pub places: Vec<Place>,
+}
+
+/// A parameter of the camera over the runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// Its true value: that of the capture.
+    pub truth: f64,
+    /// Mean of what was found − truth.
+    pub bias: f64,
+    /// Standard deviation of what was found.
+    pub scatter: f64,
+    /// Predicted σ: root mean square over the runs.
+    pub sigma: f64,
+    /// Predicted σ of the capture.
+    pub capture_sigma: Option<f64>,
+}
+
+/// The projection at a place in the picture over the runs, in the gauge of the boards.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Place {
+    /// What it is called.
+    pub name: String,
+    /// The pixel.
+    pub at_px: [f64; 2],
+    /// Length of the mean shift of what the true camera sees there, px.
+    pub bias_px: f64,
+    /// Standard deviation of the shift in its worst direction, px.
+    pub scatter_px: f64,
+    /// Predicted σ: root mean square over the runs; `None` where a run has none.
+    pub sigma_px: Option<f64>,
+}
+
+impl Parameter {
+    /// Bias in its own standard errors over the runs.
+    pub fn bias_in_errors(&self, runs: usize) -> f64 {
+        self.bias / (self.scatter / (runs.max(1) as f64).sqrt()).max(f64::MIN_POSITIVE)
+    }
+}
+
+pub(super) fn of(
+    twin: &Twin,
+    seen: &[Seen],
+    report: &mut dyn FnMut(f32) -> ControlFlow<()>,
+) -> Result<Outcome> {
+    let runs = seen.iter().map(|s| s.corners.len()).min().unwrap_or(0);
+    let mut found = Vec::with_capacity(runs);
+    for run in 0..runs {
+        if report(run as f32 / runs as f32).is_break() {
+            return Err(Error::Stopped);
+        }
+        match calibrate(&twin.problem(seen, run), &mut |_| ControlFlow::Continue(())) {
+            Ok(calibration) => found.push(calibration),
+            Err(Error::Stopped) => return Err(Error::Stopped),
+            Err(_) => {}
+        }
+    }
+    if found.len() < FEWEST {
+        return Err(Error::Invalid(format!(
+            "only {} of {runs} runs of the twin have a camera, {FEWEST} are needed: give more runs, or a capture whose boards are found",
+            found.len()
+        )));
+    }
+    let mut noises: Vec<f64> = seen.iter().map(|s| s.noise).collect();
+    noises.sort_by(f64::total_cmp);
+    let corners = corners(twin, seen);
+    let wanted = runs * twin.used.iter().map(|u| u.0.len()).sum::<usize>();
+    let rms = |of: &dyn Fn(&Calibration) -> f64| mean(found.iter().map(|c| of(c).powi(2))).sqrt();
+    Ok(Outcome {
+        runs: found.len(),
+        failed: runs - found.len(),
+        pictures: seen.len(),
+        found_fraction: corners.len() as f64 / wanted.max(1) as f64,
+        noise_levels: stats::quantile(&noises, 0.5),
+        corner_px: [0, 1].map(|k| mean(corners.iter().map(|c| c[k])).sqrt()),
+        rms_per_coordinate_px: [twin.solution.rms_per_coordinate_px, rms(&|c| c.rms_px / 2f64.sqrt())],
+        parameters: parameters(twin, &found),
+        places: places(twin, &found),
+    })
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (n, sum) = values.fold((0.0, 0.0), |(n, sum), v| (n + 1.0, sum + v));
+    if n > 0.0 { sum / n } else { 0.0 }
+}
+
+/// Mean square of a coordinate's error, and the predicted one, of every corner that was found, px².
+fn corners(twin: &Twin, seen: &[Seen]) -> Vec<[f64; 2]> {
+    let of_view = |(view, seen): (usize, &Seen)| {
+        let truth = twin.scene.corners_px(view);
+        let all = seen.corners.iter().flatten();
+        let terms = all.filter_map(|c| {
+            let place = (*truth.get(c.index as usize)?)?;
+            Some([(c.px - place).norm_squared() / 2.0, c.sigma_px.powi(2)])
+        });
+        terms.collect::<Vec<_>>()
+    };
+    seen.iter().enumerate().flat_map(of_view).collect()
+}
+
+fn parameters(twin: &Twin, found: &[Calibration]) -> Vec<Parameter> {
+    let camera = &twin.scene.camera;
+    let n = found.len() as f64;
+    let of = |(i, param): (usize, &crate::calib::camera::Param)| {
+        let sigma = found.iter().map(|c| c.sigma.get(i).copied().flatten()).collect::<Option<Vec<f64>>>()?;
+        let shift = |c: &Calibration| c.camera.params[i] - camera.params[i];
+        let bias = mean(found.iter().map(shift));
+        let squares: f64 = found.iter().map(|c| (shift(c) - bias).powi(2)).sum();
+        Some(Parameter {
+            name: param.name.to_owned(),
+            truth: camera.params[i],
+            bias,
+            scatter: (squares / (n - 1.0)).sqrt(),
+            sigma: mean(sigma.into_iter().map(|s| s * s)).sqrt(),
+            capture_sigma: twin.solution.sigma.get(param.name).copied().flatten(),
+        })
+    };
+    camera.spec().params.iter().enumerate().filter_map(of).collect()
+}
+
+fn places(twin: &Twin, found: &[Calibration]) -> Vec<Place> {
+    let [w, h] = twin.scene.camera.size_px.map(|n| f64::from(n) - 1.0);
+    let list = [
+        ("middle", [w / 2.0, h / 2.0]),
+        ("upper left corner", [0.0, 0.0]),
+        ("upper right corner", [w, 0.0]),
+        ("lower left corner", [0.0, h]),
+        ("lower right corner", [w, h]),
+    ];
+    let range = twin.solution.uncertainty.range;
+    let target = twin.target();
+    let pixels = list.map(|(_, at)| Vector2::from(at));
+    let told: Vec<Vec<Option<f64>>> = found
+        .iter()
+        .map(|c| uncertainty::at(c, &target, range.map_or(Range::Infinity, Range::At), &pixels))
+        .collect();
+    let poses: Vec<Option<Pose>> = (0..twin.pictures()).map(|v| twin.scene.camera_from_board(v)).collect();
+    let place = |(k, (name, at_px)): (usize, (&str, [f64; 2]))| {
+        let shifts =
+            found.iter().map(|c| shift(twin, &poses, c, &pixels[k], range?)).collect::<Option<Vec<_>>>()?;
+        let bias = shifts.iter().sum::<Vector2<f64>>() / shifts.len() as f64;
+        let spread: Matrix2<f64> = shifts.iter().map(|s| (s - bias) * (s - bias).transpose()).sum();
+        let variance = (spread / (shifts.len() as f64 - 1.0)).symmetric_eigenvalues().max();
+        let sigma = told.iter().map(|t| t[k]).collect::<Option<Vec<f64>>>();
+        Some(Place {
+            name: name.to_owned(),
+            at_px,
+            bias_px: bias.norm(),
+            scatter_px: variance.max(0.0).sqrt(),
+            sigma_px: sigma.map(|s| mean(s.into_iter().map(|s| s * s)).sqrt()),
+        })
+    };
+    list.into_iter().enumerate().filter_map(place).collect()
+}
+
+/// Where a found camera shows what the true one sees at a pixel, by the mean of the boards' frames, minus that pixel.
+fn shift(
+    twin: &Twin,
+    poses: &[Option<Pose>],
+    found: &Calibration,
+    px: &Vector2<f64>,
+    range: f64,
+) -> Option<Vector2<f64>> {
+    let point = Point3::from(twin.scene.camera.unproject(px)? * range);
+    let (mut sum, mut n) = (Vector3::zeros(), 0.0);
+    for view in &found.views {
+        let pose = (*poses.get(view.frame.0 as usize)?)?;
+        sum += view.camera_from_board.apply(&pose.inverse().apply(&point)).coords;
+        n += 1.0;
+    }
+    Some(found.camera.project(&Point3::from(sum / n))? - px)
+}
