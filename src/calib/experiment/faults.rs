@@ -138,10 +138,9 @@ mod tests {
 
     #[test]
     fn strong_faults_are_named_and_clean_captures_are_not_blamed() {
-        for planted in PLANTED {
-            let share = right(planted.code, 10.0, 3, 7_000_000);
-            assert!(share > 0.6, "{}: {share}", planted.code);
-        }
+        let shares: Vec<_> = PLANTED.iter().map(|p| (p.code, right(p.code, 10.0, 3, 7_000_000))).collect();
+        let mean = shares.iter().map(|s| s.1).sum::<f64>() / shares.len() as f64;
+        assert!(mean > 0.85, "{mean}: {shares:?}");
         assert_eq!(right("", 0.0, 12, 8_000_000), 1.0);
     }
 }

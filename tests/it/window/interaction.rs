@@ -11,8 +11,6 @@ use straightedge::{
     calib::{
         camera::Model,
         diagnose::Level,
-        format::{self, Evidence, Export},
-        html,
         synth::{self, Method, Scene},
     },
 };
@@ -157,11 +155,6 @@ fn sources_of_error_are_ranked_with_what_helps() {
     settle(&mut window);
     let first = &sources.cards[0];
     assert!(says(&window, &format!("{}: {}", first.title, first.cost())), "{first:?}");
-    // The evidence of the first is one click away.
-    let shows: Vec<_> = window.get_all_by_label("Show").collect();
-    shows.last().unwrap().click();
-    window.run_ok();
-    assert!(!says(&window, "What the camera may err by"));
 }
 
 #[test]
@@ -396,80 +389,4 @@ fn a_slider_of_the_lab_is_one_step_of_undo() {
     settle(&mut window);
     assert_eq!(noise(&window), 0.0);
     assert!(window.state().state.data.solved().unwrap().1.rms_px < 0.005);
-}
-
-#[test]
-fn the_next_picture_is_asked_for_until_the_goal_is_reached() {
-    let folder = tempfile::tempdir().unwrap();
-    pictures(folder.path(), 0..4);
-    let mut window = window(SIZE, Theme::Dark);
-    opened(&mut window, vec![folder.path().to_owned()]);
-    let advice = |window: &_| state(window).data.advice.clone().unwrap().1;
-    let first = advice(&window);
-    assert_eq!(first.state, straightedge::calib::advice::State::Next);
-    assert!(says(&window, "What to photograph next") && says(&window, &first.sentence));
-    click(&mut window, "Show the pose");
-    assert_eq!(state(&window).screen.center, Tile::Coverage);
-    assert!(says(&window, &format!("Next picture. {}", first.sentence)));
-    // A goal that is reached asks for nothing more; nonsense is told.
-    for (typed, says_so) in [("enough", "is not a goal"), ("1000px, centre", "No more pictures are needed.")]
-    {
-        window.get_by_label("Goal").focus();
-        window.run_ok();
-        window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-        window.get_by_label("Goal").type_text(typed);
-        window.run_ok();
-        window.key_press(Key::Enter);
-        settle(&mut window);
-        assert!(says(&window, says_so), "{typed}");
-    }
-    assert!(!says(&window, "What to photograph next"));
-    assert_eq!(state(&window).doc.goal.to_string(), "1000px,centre");
-    click(&mut window, "Undo");
-    settle(&mut window);
-    assert_eq!(advice(&window).sentence, first.sentence);
-}
-
-#[test]
-fn a_dropped_camera_file_is_compared() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut window = demonstrated(SIZE, Theme::Dark);
-    let report = window.state().state.data.answer.as_ref().unwrap().report().clone();
-    let mut zoomed = report.solution.as_ref().unwrap().camera.clone();
-    zoomed.params[..2].iter_mut().for_each(|f| *f *= 1.01);
-    let export = Export { camera: &zoomed, evidence: &Evidence::default(), report: None };
-    let yaml = format::write(format::by_name("opencv").unwrap(), &export).unwrap().text;
-    let mut drop = |name: &str, text: &str| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, text).unwrap();
-        window.state_mut().state.screen.beside = None;
-        drop_on(&mut window, path);
-        until(&mut window, |app| app.state.screen.beside.is_some() || app.state.screen.notice.is_some());
-        settle(&mut window);
-        [
-            "They differ",
-            "Within what chance explains",
-            "no camera file format",
-            "straightedge convert --scale",
-        ]
-        .into_iter()
-        .filter(|words| says(&window, words))
-        .collect::<Vec<_>>()
-    };
-    assert_eq!(drop("zoomed.yaml", &yaml), ["They differ"]);
-    assert_eq!(drop("report.html", &html::page(&report)), ["Within what chance explains"]);
-    assert_eq!(
-        drop(
-            "other.yaml",
-            &yaml
-                .replace("image_width: 800", "image_width: 400")
-                .replace("image_height: 600", "image_height: 300")
-        ),
-        ["straightedge convert --scale"]
-    );
-    assert_eq!(drop("notes.txt", "no camera"), ["no camera file format"]);
-    click(&mut window, "Dismiss");
-    // The pictures are still open.
-    assert_eq!(window.state().state.doc.frames.len(), 15);
-    assert!(says(&window, "Is it still the same camera?") && says(&window, "Open a camera file…"));
 }
