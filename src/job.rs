@@ -103,6 +103,8 @@ pub enum Job {
     Evidence(Box<Case>),
     /// Add what takes longer to evidence: what each picture does to the camera.
     Weigh(Box<Evidence>),
+    /// Add the sources of error to evidence.
+    Sources(Box<Evidence>),
     /// What to photograph next.
     Advise(Box<Evidence>, Goal),
     /// Draw what this calibration is of so many times anew, and calibrate that.
@@ -161,6 +163,7 @@ impl Job {
             | Self::Weigh(_)
             | Self::Advise(..)
             | Self::Twin(..)
+            | Self::Sources(_)
             | Self::Compare(_)
             | Self::Ablate(_) => None,
         }
@@ -172,7 +175,7 @@ impl Job {
 pub enum Output {
     /// Of [`Job::Inspect`].
     Inspection(Box<Inspection>),
-    /// Of [`Job::Evidence`] and [`Job::Weigh`].
+    /// Of [`Job::Evidence`], [`Job::Weigh`] and [`Job::Sources`].
     Evidence(Box<Evidence>),
     /// Of [`Job::Advise`].
     Advice(Box<Advice>),
@@ -267,9 +270,18 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
             evidence::with_influence(&mut found, &mut |share| report(Progress(share)))?;
             Ok(Output::Evidence(found))
         }
+        Job::Sources(mut found) => {
+            evidence::with_sources(&mut found, &mut |share| report(Progress(share)))?;
+            Ok(Output::Evidence(found))
+        }
         Job::Advise(found, goal) => Ok(Output::Advice(Box::new(evidence::advised(&found, goal)))),
-        Job::Twin(of, runs) => twin::run(&of, runs as usize, &mut |share| report(Progress(share)))
-            .map(|o| Output::Twin(Box::new(o))),
+        Job::Twin(of, runs) if evidence::TWINS => {
+            twin::run(&of, runs as usize, &mut |share| report(Progress(share)))
+                .map(|o| Output::Twin(Box::new(o)))
+        }
+        Job::Twin(..) => {
+            Err(Error::Invalid("twins are drawn by the desktop program: straightedge twin".to_owned()))
+        }
         Job::Compare(case) => evidence::compared(&case, &mut |share| report(Progress(share)))
             .map(|c| Output::Compared(Box::new(c))),
         Job::Look { source } => Ok(Output::Raster(Raster::of(source.read(Colours::Keep)?.photo))),

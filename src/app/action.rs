@@ -236,6 +236,7 @@ impl State {
                             evidence: *evidence,
                             complete,
                             weighed: false,
+                            sourced: false,
                         }));
                     }
                 }
@@ -252,7 +253,7 @@ impl State {
                 };
                 self.data.effects.insert(number, outcome);
             }
-            Some(plan::Kind::Weigh) => self.weighed(key, result),
+            Some(kind @ (plan::Kind::Weigh | plan::Kind::Sources)) => self.grown(kind, key, result),
             Some(plan::Kind::Advise) => {
                 // Where it fails it is not asked for again: the camera stands without it.
                 let goal = self.doc.goal;
@@ -282,15 +283,17 @@ impl State {
         }
     }
 
-    /// Puts an answer with what each picture does in place of the one without.
-    fn weighed(&mut self, key: Key, result: Result<Output>) {
-        let Some(known) = self.data.kept.iter_mut().find(|a| plan::weigh_key(a) == key) else { return };
+    /// Puts an answer that says more in place of the one before.
+    fn grown(&mut self, kind: plan::Kind, key: Key, result: Result<Output>) {
+        let same = |a: &Arc<Answer>| kind.key(a.key.0) == key;
+        let Some(known) = self.data.kept.iter_mut().find(|a| same(a)) else { return };
         let evidence = match result {
             Ok(Output::Evidence(evidence)) => *evidence,
             // Once is enough: the camera stands without it.
             _ => known.evidence.clone(),
         };
-        *known = Arc::new(Answer { evidence, weighed: true, ids: known.ids.clone(), ..**known });
+        let (weighed, sourced) = (true, known.sourced || kind == plan::Kind::Sources);
+        *known = Arc::new(Answer { evidence, weighed, sourced, ids: known.ids.clone(), ..**known });
         if self.data.answer.as_ref().is_some_and(|a| a.key == known.key) {
             self.data.answer = Some(known.clone());
         }

@@ -51,6 +51,8 @@ pub enum Kind {
     Compare,
     /// What each picture does to the camera.
     Weigh,
+    /// What may be wrong with the calibration.
+    Sources,
     /// What to photograph next.
     Advise,
     /// The capture drawn anew.
@@ -69,6 +71,7 @@ impl Kind {
             7 => Some(Self::Develop(FrameId(key.0 as u32))),
             8 => Some(Self::Compare),
             9 => Some(Self::Weigh),
+            12 => Some(Self::Sources),
             10 => Some(Self::Advise),
             11 => Some(Self::Twin),
             5 => Some(Self::Thumbnail(FrameId(key.0 as u32))),
@@ -88,6 +91,7 @@ impl Kind {
             Self::Develop(id) => (7, content << 32 | id.0 as u128),
             Self::Compare => (8, content),
             Self::Weigh => (9, content),
+            Self::Sources => (12, content),
             Self::Advise => (10, content),
             Self::Twin => (11, content),
         };
@@ -252,13 +256,18 @@ impl State {
 }
 
 impl State {
-    /// The camera shown is weighed once it is complete, and no other is wanted.
+    /// The camera shown is weighed, then asked what may be wrong, once it is complete and no other is wanted.
     fn weighing(&self) -> Option<Request> {
-        let (answer, _) = self.data.solved().filter(|(a, _)| a.complete && !a.weighed)?;
+        let (answer, _) = self.data.solved().filter(|(a, _)| a.complete && !(a.weighed && a.sourced))?;
         if evidence_key(self) != Some(answer.key) {
             return None;
         }
-        Some(Request { key: weigh_key(answer), job: Job::Weigh(Box::new(answer.evidence.clone())) })
+        let evidence = Box::new(answer.evidence.clone());
+        Some(if answer.weighed {
+            Request { key: Kind::Sources.key(answer.key.0), job: Job::Sources(evidence) }
+        } else {
+            Request { key: Kind::Weigh.key(answer.key.0), job: Job::Weigh(evidence) }
+        })
     }
 
     /// Advice is for the camera shown, once it is complete and no other is wanted.
@@ -349,11 +358,6 @@ fn content(state: &State, with_model: bool) -> Option<u128> {
 /// What draws this answer anew.
 pub(super) const fn twin_key(answer: &Answer) -> Key {
     Kind::Twin.key(answer.key.0)
-}
-
-/// What weighs this answer.
-pub(super) const fn weigh_key(answer: &Answer) -> Key {
-    Kind::Weigh.key(answer.key.0)
 }
 
 fn case(state: &State, ids: &[FrameId]) -> Case {

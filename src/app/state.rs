@@ -186,6 +186,8 @@ pub struct Answer {
     pub complete: bool,
     /// Whether it says what each picture does to the camera.
     pub weighed: bool,
+    /// Whether it says what may be wrong.
+    pub sourced: bool,
 }
 
 impl Answer {

@@ -6,7 +6,10 @@
 
 mod bend;
 mod facts;
+pub mod faults;
+mod map;
 mod rules;
+pub mod sources;
 mod verdict;
 
 use serde::{Deserialize, Serialize};

@@ -15,9 +15,11 @@ pub mod advice;
 pub mod claims;
 pub mod document;
 pub mod evidence;
+pub mod faults;
 pub mod figures;
 pub mod page;
 pub mod pipeline;
+pub mod sources;
 pub mod table;
 
 use serde::Serialize;

@@ -41,6 +41,9 @@ pub fn page(report: &Report) -> String {
         body += &section("Coverage", &(tables::coverage(solution) + &figures::coverage(report, solution)));
         body += &section("Distortion", &figures::distortion(&solution.camera));
     }
+    if let Some(sources) = &report.sources {
+        body += &section("Sources of error", &tables::sources(sources));
+    }
     if let Some(comparison) = &report.models {
         body += &section("Camera models", &tables::models(comparison));
     }

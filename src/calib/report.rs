@@ -21,6 +21,7 @@ use super::{
     calibrate::{self, Fix, Loss, Options, Precision, Weights},
     camera::{Camera, Model},
     detect::Refinement,
+    diagnose::sources::Sources,
     figure::Bar,
     influence::Influence,
     json,
@@ -58,6 +59,9 @@ pub struct Report {
     /// Camera models side by side, where one was to be recommended.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub models: Option<calibrate::Comparison>,
+    /// What the calibration may err by, and what was found to be wrong; absent where that was not asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sources: Option<Sources>,
     /// What to photograph next, where that was asked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub advice: Option<Advice>,
@@ -343,6 +347,9 @@ pub struct FrameReport {
     /// The picture that it is a copy of.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub copy_of: Option<String>,
+    /// The first picture of the same pose: they count as one, with their corners averaged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repeats: Option<String>,
     /// Whether the order of its corners is a choice between several that look alike.
     #[serde(default)]
     pub order_is_a_choice: bool,
@@ -390,6 +397,7 @@ impl FrameReport {
             why: String::new(),
             included: false,
             copy_of: None,
+            repeats: None,
             order_is_a_choice: false,
             taken: None,
             notes: Vec::new(),
@@ -420,6 +428,12 @@ impl FrameReport {
     /// Mean of |r|, px; 0 for a picture that was not included.
     pub fn mean_px(&self) -> f64 {
         self.errors_px().sum::<f64>() / self.residuals_px.len().max(1) as f64
+    }
+
+    /// The file name without its folders and its extension.
+    pub fn stem(&self) -> &str {
+        let name = self.name();
+        name.rsplit_once('.').map_or(name, |(stem, _)| stem)
     }
 
     /// The file name without its folders.

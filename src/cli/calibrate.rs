@@ -28,7 +28,7 @@ use crate::{
         format::Destination,
     },
     job::{
-        evidence::{Case, Evidence, advised, compared, evidence, with_influence},
+        evidence::{Case, Evidence, advised, compared, evidence, with_influence, with_sources},
         ms_since,
     },
 };
@@ -148,6 +148,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         recommended(&mut case, &mut found)?;
     }
     with_influence(&mut found, &mut |_| ControlFlow::Continue(()))?;
+    with_sources(&mut found, &mut |_| ControlFlow::Continue(()))?;
     found.report.advice = Some(advised(&found, args.goal));
     if let Some(error) = files::none_found(&case.entries, &args.paths) {
         found.report.failed(&error);

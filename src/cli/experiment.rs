@@ -1,13 +1,17 @@
 //! `straightedge experiment`: the source document's Section V, measured.
 
-use std::{ops::ControlFlow, path::PathBuf, process::ExitCode};
+use std::{
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
 
 use indicatif::ProgressBar;
 
 use super::{frames, print};
 use crate::calib::{
     Result,
-    experiment::{self, Experiment, claims::Verdict, table},
+    experiment::{self, Experiment, claims::Verdict, faults, sources, table},
 };
 use crate::job::store;
 
@@ -20,6 +24,18 @@ pub(super) struct Args {
     /// Also change one thing at a time: refinement, smoothing, solver, origin, number of views
     #[arg(long)]
     ablate: bool,
+    /// Instead: plant faults in captures, and count how often they are named
+    #[arg(long, conflicts_with_all = ["ablate", "advice"])]
+    faults: bool,
+    /// Instead: the source document's Table V with numbers, each source of error by itself on its scene
+    #[arg(long, conflicts_with_all = ["ablate", "advice", "faults"])]
+    sources: bool,
+    /// Captures of each fault and strength, a tenth of those without a fault
+    #[arg(long, value_name = "N", default_value_t = 30, requires = "faults")]
+    captures: usize,
+    /// Seed of the captures
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "faults")]
+    seed: u64,
     /// Instead: whether the advice on what to photograph next saves pictures
     #[arg(long, conflicts_with = "ablate")]
     advice: bool,
@@ -35,8 +51,28 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     // Before the work, so that a wrong path costs nothing.
     let figures = args.out.join(FIGURES);
     store::folder(&args.out)?;
-    store::folder(&figures)?;
+    if !args.faults && !args.sources {
+        store::folder(&figures)?;
+    }
     let bar = ProgressBar::new_spinner();
+    if args.faults {
+        let study = faults::run(args.captures, args.seed, &mut |what| {
+            bar.set_message(what.to_owned());
+            bar.tick();
+            ControlFlow::Continue(())
+        });
+        bar.finish_and_clear();
+        return written(&args.out.join("faults.md"), &study.markdown());
+    }
+    if args.sources {
+        let page = sources::page(&mut |what| {
+            bar.set_message(what.to_owned());
+            bar.tick();
+            ControlFlow::Continue(())
+        });
+        bar.finish_and_clear();
+        return written(&args.out.join("sources.md"), &page);
+    }
     let found = experiment::run(args.ablate, &mut |what| {
         bar.set_message(what.to_owned());
         bar.tick();
@@ -49,6 +85,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     store::write(&args.out.join("experiment.md"), experiment::page::markdown(&found, FIGURES)?.as_bytes())?;
     store::write(&args.out.join("results.json"), found.json()?.as_bytes())?;
     print(&summary(&found)?)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes a page and prints it.
+fn written(path: &Path, page: &str) -> Result<ExitCode> {
+    store::write(path, page.as_bytes())?;
+    print(page)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use crate::calib::{
     camera::Model,
-    diagnose,
+    diagnose::{self, Level},
     number::{counted, percent, significant, with_sigma},
     report::{Report, Solution},
     uncertainty::Uncertainty,
@@ -25,6 +25,7 @@ pub(super) fn evidence(report: &Report) -> String {
         out += &errors(report, solution);
     }
     out += &models(report);
+    out += &sources(report);
     out += &pictures::table(report);
     out += &advice(report);
     out += &warnings(report);
@@ -210,6 +211,40 @@ fn models(report: &Report) -> String {
     let head = "\nCamera models: RMS of the fit and in pictures left out of it, 1σ in the worst corner of the picture\n";
     let splined = comparison.splined.as_ref().map(|s| paragraph(" ", &s.words())).unwrap_or_default();
     format!("{head}{}{}{splined}", table.render(), paragraph(" ", &comparison.why))
+}
+
+/// The sources of error, the most costly first.
+fn sources(report: &Report) -> String {
+    let Some(sources) = &report.sources else { return String::new() };
+    let mut table = Table::new("lrl");
+    // What does not matter is named, no more.
+    let (costly, cheap): (Vec<_>, Vec<_>) = sources.cards.iter().partition(|c| c.level > Level::Good);
+    for card in costly {
+        table.row([card.title.clone(), card.cost(), card.text.clone()]);
+    }
+    if !cheap.is_empty() {
+        let names: Vec<String> =
+            cheap.iter().map(|c| format!("{} {}", c.title.to_lowercase(), c.cost())).collect();
+        table.row(["Little".to_owned(), String::new(), format!("{}.", capital(&names.join("; ")))]);
+    }
+    let mut out = format!(
+        "\nSources of error, px of the projection over 90 % of the picture (certain to {})\n{}",
+        significant(sources.map_px, 2),
+        table.render()
+    );
+    if let Some(words) = sources.cross_words() {
+        out += &paragraph(" ", &format!("{words}."));
+    }
+    let broken: Vec<String> = sources
+        .rules
+        .iter()
+        .filter(|r| !r.kept)
+        .map(|r| format!("{} ({}): {}", r.text, r.value, r.word()))
+        .collect();
+    if !broken.is_empty() {
+        out += &paragraph(" ", &format!("Rules of thumb. {}.", broken.join("; ")));
+    }
+    out
 }
 
 /// What to photograph next.

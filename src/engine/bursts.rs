@@ -9,15 +9,15 @@ use super::observation::Observation;
 const NEAR: f64 = 0.01;
 
 /// The corners of one picture: index on the board, ascending, and place, px.
-pub(crate) type Corners = Vec<(u32, Vector2<f64>)>;
+pub type Corners = Vec<(u32, Vector2<f64>)>;
 
 /// The corners of an observation.
-pub(crate) fn corners(observation: &Observation) -> Corners {
+pub fn corners(observation: &Observation) -> Corners {
     observation.corners.iter().map(|c| (c.index, c.px)).collect()
 }
 
 /// For each picture its group, numbered from 0 in the order of their first pictures.
-pub(crate) fn groups(pictures: &[Corners], size_px: [u32; 2]) -> Vec<usize> {
+pub fn groups(pictures: &[Corners], size_px: [u32; 2]) -> Vec<usize> {
     let [w, h] = size_px.map(f64::from);
     let near = NEAR * w.hypot(h);
     let mut groups: Vec<usize> = Vec::with_capacity(pictures.len());
@@ -28,6 +28,26 @@ pub(crate) fn groups(pictures: &[Corners], size_px: [u32; 2]) -> Vec<usize> {
         let group = same.map_or(count, |(_, group)| *group);
         count = count.max(group + 1);
         groups.push(group);
+    }
+    groups
+}
+
+/// Mean distance of equal corners below which two pictures repeat one pose, in diagonals of the picture.
+const SAME: f64 = 0.003;
+
+/// For each picture its group, as in [`groups`], but of pictures that hardly differ from the first of theirs: what may be averaged. A slow
+/// film is no such group.
+pub fn repeated(pictures: &[Corners], size_px: [u32; 2]) -> Vec<usize> {
+    let [w, h] = size_px.map(f64::from);
+    let same = SAME * w.hypot(h);
+    let mut groups: Vec<usize> = Vec::with_capacity(pictures.len());
+    let mut firsts: Vec<usize> = Vec::new();
+    for (i, picture) in pictures.iter().enumerate() {
+        let found = firsts.iter().position(|first| alike(picture, &pictures[*first], same));
+        groups.push(found.unwrap_or(firsts.len()));
+        if found.is_none() {
+            firsts.push(i);
+        }
     }
     groups
 }

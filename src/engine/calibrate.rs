@@ -16,6 +16,7 @@ mod contradiction;
 mod degenerate;
 mod mirrored;
 mod options;
+mod overturned;
 mod pose;
 mod prepare;
 mod robust;
@@ -132,6 +133,7 @@ fn as_given(problem: &Problem, report: &mut dyn FnMut(f32) -> ControlFlow<()>) -
             fitted = other;
         }
     }
+    overturned::put_right(problem, &views, &constraints, &mut fitted, &mut tick)?;
     contradiction::set_aside(problem, &mut views, &mut set_aside, &constraints, &mut fitted, &mut tick)?;
     enough(&views, &constraints, &set_aside)?;
     finish(problem, &constraints, &views, set_aside, fitted, chosen, &mut tick)

@@ -23,7 +23,7 @@
 //! `docs/interface.md` defines every word, option and field.
 
 pub mod bspline;
-mod bursts;
+pub mod bursts;
 pub mod calibrate;
 pub mod camera;
 pub mod circles;

@@ -1,5 +1,7 @@
 //! From what was seen to the report: assembly, calibration, comparison with the truth.
 
+mod bursts;
+
 use std::{ops::ControlFlow, sync::Arc};
 
 use serde::{Deserialize, Serialize};
@@ -19,7 +21,7 @@ use crate::calib::{
     },
     camera::{Camera, Model},
     circles::bias::corrected,
-    diagnose::{self, Finding, Verdict},
+    diagnose::{self, Finding, Verdict, sources},
     format, influence,
     observation::Corner,
     report::{Report, SET_ASIDE_BY_HAND, Settings},
@@ -141,14 +143,24 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     let dropped = leave_out(case, &mut report, &mut assembly);
     let begun = Instant::now();
     let solved = match assembly.problem.and_then(|p| start_fits(p, case)) {
-        Ok(problem) => solve(&problem, &case.models, tick)?.map(|c| (c, problem.target)),
+        Ok(problem) => match solve(&problem, &case.models, tick)? {
+            Ok(calibration) => {
+                let (calibration, averaged) = bursts::once(&problem, calibration, tick)?;
+                Ok((calibration, averaged, problem))
+            }
+            Err(error) => Err(error),
+        },
         Err(error) => Err(error),
     };
     report.timing_ms.calibrate = ms_since(begun);
     let calibration = match solved {
-        Ok((calibration, target)) => {
+        Ok((calibration, averaged, problem)) => {
+            let target = problem.target.clone();
             report.settings.model = calibration.camera.model;
             report.calibrated(&calibration, &target);
+            if let Some(averaged) = averaged {
+                averaged.told(&problem, &calibration, &mut report)?;
+            }
             if SURFACES && case.residual_map {
                 report.with_residual_map(&calibration, &target);
             }
@@ -200,6 +212,35 @@ pub fn with_influence(found: &mut Evidence, tick: &mut dyn FnMut(f32) -> Control
         (found.verdict, found.findings) =
             (diagnose::verdict(&found.report), diagnose::findings(&found.report));
     }
+    Ok(())
+}
+
+/// Whether sources of error are measured: not in the page, which would be larger for it.
+pub const SOURCES: bool = cfg!(not(target_arch = "wasm32"));
+/// Whether twins of a capture are drawn: neither.
+pub const TWINS: bool = SOURCES;
+
+/// Adds the seven sources of error and the faults behind them, and what follows from those.
+///
+/// # Errors
+/// [`Error::Stopped`] where `tick` breaks.
+pub fn with_sources(found: &mut Evidence, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<()> {
+    let (Some(calibration), Some(target)) = (&found.calibration, found.report.settings.target()) else {
+        return Ok(());
+    };
+    if !SOURCES {
+        return Ok(());
+    }
+    let mut stopped = false;
+    found.report.sources = sources::of(&found.report, calibration, &target, &mut |share| {
+        let flow = tick(share);
+        stopped |= flow.is_break();
+        flow
+    });
+    if stopped {
+        return Err(Error::Stopped);
+    }
+    (found.verdict, found.findings) = (diagnose::verdict(&found.report), diagnose::findings(&found.report));
     Ok(())
 }
 

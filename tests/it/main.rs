@@ -24,4 +24,5 @@ mod layers;
 mod lenses;
 mod markers;
 mod photographs;
+mod trust;
 mod window;

@@ -4,6 +4,7 @@ mod bars;
 mod distribution;
 mod field;
 mod scatter;
+mod sources;
 mod tilt;
 
 use egui::{Rect, Ui, pos2, vec2};
@@ -32,6 +33,7 @@ pub const PANEL: Panel = Panel {
         Page { name: "Scatter", show: |cx, ui| scatter::show(cx, ui) },
         Page { name: "Radius", show: |cx, ui| scatter::radius(cx, ui) },
         Page { name: "Tilt", show: |cx, ui| tilt::show(cx, ui) },
+        Page { name: "Sources", show: |cx, ui| sources::show(cx, ui) },
     ],
     switches,
 };

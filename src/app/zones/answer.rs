@@ -171,7 +171,8 @@ fn one(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer, finding: &Finding) {
     });
 }
 
-fn evidence(cx: &mut Cx<'_>, answer: &Answer, show: Show) {
+/// Goes to where evidence is to be seen.
+pub(in crate::app) fn evidence(cx: &mut Cx<'_>, answer: &Answer, show: Show) {
     let ids = &answer.ids;
     cx.show(|s| {
         let page;
@@ -193,7 +194,8 @@ fn evidence(cx: &mut Cx<'_>, answer: &Answer, show: Show) {
     });
 }
 
-fn mend(cx: &mut Cx<'_>, answer: &Answer, remedy: &Remedy) {
+/// Does what helps.
+pub(in crate::app) fn mend(cx: &mut Cx<'_>, answer: &Answer, remedy: &Remedy) {
     match remedy {
         Remedy::Hold(names) => cx.edit(|d| {
             for name in names {

@@ -2,6 +2,7 @@
 
 mod capture;
 mod errors;
+mod faults;
 mod lens;
 
 use super::{Facts, Finding, Level, Remedy, Show};
@@ -36,8 +37,8 @@ const SAID: &[&str] = &["unobservable", "model_folds", "not_converged", "focal_a
 /// What all rules find, the worst first, then warnings of other parts in their own words.
 pub(super) fn all(facts: &Facts<'_>) -> Vec<Finding> {
     let others = facts.report.warnings.iter().filter(|w| !SAID.contains(&w.code.as_str()));
-    let mut list: Vec<Finding> =
-        RULES.iter().filter_map(|rule| rule(facts)).chain(others.map(as_finding)).collect();
+    let mut list = faults::all(facts);
+    list.extend(RULES.iter().filter_map(|rule| rule(facts)).chain(others.map(as_finding)));
     order::by(&mut list, |f| [-f64::from(f.level as u8)]);
     list
 }

@@ -229,3 +229,24 @@ fn without_a_camera_the_reason_is_the_verdict() {
     assert_eq!(super::verdict(&nothing).level, Level::Info);
     assert!(findings(&nothing).is_empty());
 }
+
+#[test]
+fn an_absurd_lens_is_not_trusted_whatever_the_rms() {
+    let good = report(&good(), 0.0, |_, _| ());
+    let mut large = good.clone();
+    let solution = large.solution.as_mut().unwrap();
+    solution.camera.params[5] = 9_700.0;
+    let said = verdict(&large);
+    assert!(said.level == Level::Bad && said.sentence.contains("absurd, k2 = 9700"), "{said:?}");
+    assert_eq!(said.rms_alone, "excellent");
+    // A long lens has large numbers that do next to nothing.
+    let mut long = good.clone();
+    let solution = long.solution.as_mut().unwrap();
+    solution.camera.params[..2].fill(8000.0);
+    solution.camera.params[4..6].copy_from_slice(&[-1.5, 60.0]);
+    assert!(!verdict(&long).sentence.contains("absurd"), "{:?}", verdict(&long));
+    let mut folded = good;
+    folded.warnings.push(crate::calib::solution::Warning::new("model_folds", "it folds"));
+    let said = verdict(&folded);
+    assert!(said.level == Level::Bad && said.sentence.contains("folds inside the picture"), "{said:?}");
+}

@@ -8,6 +8,10 @@ use crate::calib::{
 
 /// Certainty beyond which a place is a guess, px.
 const GUESS_PX: f64 = 1.0;
+/// Largest share of its distance from the middle by which one term may move a corner of the picture.
+const LARGEST_BEND: f64 = 3.0;
+/// Largest k1, k2 and k3: a long lens that bends by three hundredths has a tenth of that.
+const LARGEST: [f64; 3] = [100.0, 5e3, 1e6];
 /// Share of outliers beyond which the robust loss hides a misfit.
 const MANY_OUTLIERS: f64 = 0.05;
 /// Pictures below which nothing checks the camera.
@@ -23,6 +27,7 @@ const CHECKS: &[fn(&Facts<'_>, &Solution) -> Objection] = &[
     not_converged,
     absurd_focal,
     unsure_focal,
+    absurd_lens,
     unsure_middle,
     misfit,
     too_few,
@@ -79,6 +84,25 @@ fn absurd_focal(facts: &Facts<'_>, solution: &Solution) -> Objection {
     facts.report.warnings.iter().find(|w| w.code == "focal_absurd")?;
     let widths = solution.camera.intrinsics()[0] / f64::from(solution.camera.size_px[0]);
     not_trustworthy(format_args!("no lens has a focal length of {} picture widths", significant(widths, 2)))
+}
+
+/// A lens that folds the picture over, or whose terms are larger than any lens's, is absurd whatever the RMS.
+fn absurd_lens(facts: &Facts<'_>, solution: &Solution) -> Objection {
+    if facts.report.warnings.iter().any(|w| w.code == "model_folds") {
+        return not_trustworthy("the lens model is absurd, it folds inside the picture");
+    }
+    let camera = &solution.camera;
+    let [w, h] = camera.size_px.map(f64::from);
+    let reach = 0.5 * w.hypot(h) / camera.intrinsics()[0];
+    let absurd = ["k1", "k2", "k3"].iter().enumerate().find_map(|(k, name)| {
+        let value = camera.get(name).filter(|_| camera.spec().perspective)?;
+        // Of a rational lens the denominator may make it good.
+        let alone = camera.get("k4").is_none();
+        let bends = value.abs() * reach.powi(2 * (k as i32 + 1));
+        (alone && (bends > LARGEST_BEND || value.abs() > LARGEST[k])).then_some((name, value))
+    });
+    let (name, value) = absurd?;
+    not_trustworthy(format_args!("the lens model is absurd, {name} = {}", significant(value, 2)))
 }
 
 fn unsure_focal(_: &Facts<'_>, solution: &Solution) -> Objection {

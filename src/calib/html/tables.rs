@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 use super::text::escape;
 use crate::calib::{
     calibrate::Comparison,
+    diagnose::sources::Sources,
     influence::Role,
     number::{degrees, percent, significant, with_sigma},
     report::{FrameReport, Report, Solution},
@@ -237,6 +238,54 @@ pub(super) fn groups(report: &Report) -> String {
             g.images,
             g.found,
             if g.reason.is_empty() { "calibrated here".to_owned() } else { escape(&g.reason) }
+        );
+    }
+    out + "</tbody></table>\n"
+}
+
+/// What the calibration may err by, the document's rules, and every fault that was tried.
+pub(super) fn sources(sources: &Sources) -> String {
+    let mut out = format!(
+        "<p class=\"muted\">px of the projection map, RMS over the nine tenths of the picture that are known best; certain to {} px there.</p>\n\
+         <table><thead><tr><th>source</th><th class=\"n\">px</th><th></th><th>what helps</th></tr></thead><tbody>\n",
+        significant(sources.map_px, 2)
+    );
+    for card in &sources.cards {
+        let _ = writeln!(
+            out,
+            "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"why\">{}</td><td class=\"why\">{}</td></tr>",
+            escape(&card.title),
+            significant(card.px, 2),
+            escape(&card.text),
+            escape(&card.advice)
+        );
+    }
+    out += "</tbody></table>\n";
+    if let Some(words) = sources.cross_words() {
+        let _ = writeln!(out, "<p>{}.</p>", escape(&words));
+    }
+    out += "<h3>Rules of thumb</h3>\n<table><tbody>\n";
+    for rule in &sources.rules {
+        let _ = writeln!(
+            out,
+            "<tr><td>{}</td><td class=\"n\">{}</td><td>{}</td></tr>",
+            escape(&rule.text),
+            escape(&rule.value),
+            rule.word()
+        );
+    }
+    out += "</tbody></table>\n<h3>Faults that were tried</h3>\n<table><thead><tr><th>fault</th><th>size</th><th class=\"n\">unknowns</th>\
+            <th class=\"n\">fall of the squares, in noise</th><th class=\"n\">moves, px</th><th></th></tr></thead><tbody>\n";
+    for f in &sources.faults {
+        let _ = writeln!(
+            out,
+            "<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td></tr>",
+            escape(&f.title),
+            escape(&f.size),
+            f.unknowns,
+            significant(f.gain, 3),
+            significant(f.moves_px, 2),
+            if f.found { "found" } else { "no more than chance" }
         );
     }
     out + "</tbody></table>\n"

@@ -9,9 +9,11 @@ use crate::calib::{
     Error, Result,
     camera::Camera,
     influence::Influence,
+    observation::FrameId,
+    pose::Pose,
     residual,
     safe::SafeRegion,
-    solution::{Calibration, Warning},
+    solution::{Calibration, View, Warning},
     stats,
     synth::Truth,
     target::Target,
@@ -35,6 +37,7 @@ impl Report {
             frames,
             warnings,
             models: None,
+            sources: None,
             advice: None,
             timing_ms: Timing::default(),
         }
@@ -52,17 +55,7 @@ impl Report {
         }
         for view in &calibration.views {
             let Some(frame) = self.frames.get_mut(view.frame.0 as usize) else { continue };
-            let stance = stats::stance(&view.camera_from_board, target);
-            frame.included = true;
-            frame.residuals_px = view.residuals_px.iter().map(|r| [r.x, r.y]).collect();
-            frame.outliers.clone_from(&view.outliers);
-            frame.rms_px = Some(view.rms_px);
-            frame.max_px = view.residuals_px.iter().map(Vector2::norm).max_by(f64::total_cmp);
-            frame.rvec_rad = Some(view.camera_from_board.rvec().into());
-            frame.tvec = Some(view.camera_from_board.translation.into());
-            frame.tilt_rad = Some(stance.tilt_rad);
-            frame.roll_rad = Some(stance.roll_rad);
-            frame.distance = Some(stance.distance);
+            frame.seen(view, target);
         }
         self.warnings.extend(calibration.warnings.iter().cloned());
         self.solution = Some(self.solution(calibration, target));
@@ -102,11 +95,61 @@ impl Report {
         }
     }
 
+    /// Says how a picture of a burst fits by itself; `first` is the file that the burst counts as.
+    pub fn burst_member(
+        &mut self,
+        frame: FrameId,
+        target: &Target,
+        camera_from_board: Pose,
+        residuals_px: &[Vector2<f64>],
+        outliers: Vec<u32>,
+        first: &str,
+    ) {
+        let Some(frame) = self.frames.get_mut(frame.0 as usize) else { return };
+        let squares = residuals_px.iter().map(|r| r.norm_squared()).sum::<f64>();
+        let view = View {
+            frame: FrameId(0),
+            camera_from_board,
+            indices: Vec::new(),
+            weights: Vec::new(),
+            residuals_px: residuals_px.to_vec(),
+            outliers,
+            rms_px: (squares / residuals_px.len().max(1) as f64).sqrt(),
+        };
+        frame.seen(&view, target);
+        frame.repeats = (frame.file != first).then(|| first.to_owned());
+    }
+
+    /// Counts the errors once more, where more pictures were added.
+    pub fn fits_again(&mut self) {
+        let rms = |outliers: bool| {
+            let all = self.included().flat_map(|f| {
+                let kept = f.corners.iter().zip(&f.residuals_px);
+                kept.filter(move |(c, _)| outliers || !f.outliers.contains(&c.index))
+                    .map(|(_, [x, y])| x * x + y * y)
+            });
+            let (sum, n) = all.fold((0.0, 0usize), |(sum, n), e| (sum + e, n + 1));
+            (sum / n.max(1) as f64).sqrt()
+        };
+        let (all, inliers, stats) = (rms(true), rms(false), stats::errors(&self.errors_px()));
+        if let Some(solution) = &mut self.solution {
+            (solution.rms_px, solution.rms_inliers_px, solution.stats) = (all, inliers, stats);
+            solution.rms_per_coordinate_px = all / 2f64.sqrt();
+        }
+    }
+
     /// Adds what each picture does to the camera, in the order of the views.
     pub fn with_influence(&mut self, calibration: &Calibration, influences: &[Option<Influence>]) {
         for (view, influence) in calibration.views.iter().zip(influences) {
             if let Some(frame) = self.frames.get_mut(view.frame.0 as usize) {
                 frame.influence = *influence;
+            }
+        }
+        // A burst goes or stays as one.
+        for i in 0..self.frames.len() {
+            if let Some(first) = self.frames[i].repeats.clone() {
+                let first = self.frames.iter().find(|f| f.file == first);
+                self.frames[i].influence = first.and_then(|f| f.influence);
             }
         }
     }
@@ -161,5 +204,22 @@ impl Report {
         {
             solution.truth_corners = Some(stats::errors(&distances));
         }
+    }
+}
+
+impl FrameReport {
+    /// Adds how the board was seen.
+    fn seen(&mut self, view: &View, target: &Target) {
+        let stance = stats::stance(&view.camera_from_board, target);
+        self.included = true;
+        self.residuals_px = view.residuals_px.iter().map(|r| [r.x, r.y]).collect();
+        self.outliers.clone_from(&view.outliers);
+        self.rms_px = Some(view.rms_px);
+        self.max_px = view.residuals_px.iter().map(Vector2::norm).max_by(f64::total_cmp);
+        self.rvec_rad = Some(view.camera_from_board.rvec().into());
+        self.tvec = Some(view.camera_from_board.translation.into());
+        self.tilt_rad = Some(stance.tilt_rad);
+        self.roll_rad = Some(stance.roll_rad);
+        self.distance = Some(stance.distance);
     }
 }

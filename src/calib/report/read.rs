@@ -7,8 +7,8 @@ use serde::Deserialize;
 
 use super::{
     Advice, Camera, ClosedForm, Comparison, Coverage, ErrorStats, Failure, FrameReport, GroupReport,
-    Iteration, Model, Named, Report, ResidualMap, SafeRegion, Settings, Solution, Starts, Termination,
-    Timing, Trends, Uncertainty, Warning, calibrate, json, wire,
+    Iteration, Model, Named, Report, ResidualMap, SafeRegion, Settings, Solution, Sources, Starts,
+    Termination, Timing, Trends, Uncertainty, Warning, calibrate, json, wire,
 };
 
 #[derive(Deserialize)]
@@ -22,6 +22,7 @@ pub(super) struct Flat {
     #[serde(default)]
     warnings: Vec<Warning>,
     models: Option<calibrate::Comparison>,
+    sources: Option<Sources>,
     advice: Option<Advice>,
     #[serde(default)]
     timing_ms: Timing,
@@ -74,6 +75,7 @@ impl TryFrom<Flat> for Report {
             frames: flat.frames,
             warnings: flat.warnings,
             models: flat.models,
+            sources: flat.sources,
             advice: flat.advice,
             timing_ms: flat.timing_ms,
         })

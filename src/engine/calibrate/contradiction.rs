@@ -68,6 +68,13 @@ pub(super) fn set_aside(
     Ok(())
 }
 
+/// Views that fit far worse than usual.
+pub(super) fn suspected(fitted: &Fitted) -> Vec<usize> {
+    let typical: Vec<f64> = fitted.residuals.iter().map(|r| median_length(r)).collect();
+    let usual = robust::median(&mut typical.clone());
+    (0..typical.len()).filter(|i| typical[*i] > WORSE_PX && typical[*i] > WORSE * usual).collect()
+}
+
 fn median_length(residuals: &[Vector2<f64>]) -> f64 {
     robust::median(&mut residuals.iter().map(|r| r.norm()).collect::<Vec<_>>())
 }

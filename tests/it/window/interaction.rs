@@ -5,7 +5,12 @@ use std::sync::Arc;
 use egui::{Key, Modifiers, Theme};
 use egui_kittest::kittest::Queryable as _;
 use straightedge::{
-    app::{action::Action, lab::Part, panels::Tile, screen::Screen},
+    app::{
+        action::Action,
+        lab::Part,
+        panels::{PANELS, Tile},
+        screen::Screen,
+    },
     calib::{
         camera::Model,
         diagnose::Level,
@@ -143,6 +148,20 @@ fn state<'a>(
     window: &'a egui_kittest::Harness<'static, straightedge::app::App>,
 ) -> &'a straightedge::app::state::State {
     &window.state().state
+}
+
+#[test]
+fn sources_of_error_are_ranked_with_what_helps() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    let sources = state(&window).data.answer.as_ref().unwrap().report().sources.clone().unwrap();
+    assert!(!sources.faults.iter().any(|f| f.found), "the demo has no fault: {:#?}", sources.faults);
+    let index = Tile::Errors.index();
+    let mut screen = Screen { center: Tile::Errors, ..Screen::default() };
+    screen.pages[index] = PANELS[index].pages.iter().position(|p| p.name == "Sources").unwrap();
+    window.state_mut().act(Action::Show(Box::new(screen)));
+    settle(&mut window);
+    let first = &sources.cards[0];
+    assert!(says(&window, &format!("{}: {}", first.title, first.cost())), "{first:?}");
 }
 
 #[test]

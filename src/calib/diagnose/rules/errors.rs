@@ -45,7 +45,7 @@ pub(super) fn harmful(facts: &Facts<'_>) -> Option<Finding> {
     list.retain(|(.., influence)| influence.role == Role::Harmful);
     order::by(&mut list, |(.., influence)| [-influence.moves_px]);
     let (position, frame, influence) = *list.first()?;
-    let name = stem(frame.name());
+    let name = frame.stem();
     let title = format!("{name} pulls the camera away");
     let more = match list.len() - 1 {
         0 => String::new(),
@@ -75,7 +75,7 @@ pub(super) fn loud_picture(facts: &Facts<'_>) -> Option<Finding> {
     let limit = (usual + 5.0 * spread).max(1.8 * usual);
     let (mean, position, frame) =
         errors.into_iter().filter(|e| e.0 > limit).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let name = stem(frame.name());
+    let name = frame.stem();
     let title = format!("{name} fits worse than the others");
     let text = format!(
         "Its mean error is {} px, usual is {} px. Look whether it is blurred or shows another board.",
@@ -92,7 +92,13 @@ const TINY_PX: f64 = 0.05;
 const SERIOUS_PX: f64 = 0.3;
 
 pub(super) fn bent_board(facts: &Facts<'_>) -> Option<Finding> {
-    let bend = facts.bend().filter(|b| b.explained_px > TINY_PX)?;
+    // Where sources were asked for, they say it with a shape.
+    let said = facts
+        .report
+        .sources
+        .as_ref()
+        .is_some_and(|s| s.faults.iter().any(|f| f.found && f.code == "bowed_board"));
+    let bend = facts.bend().filter(|b| b.explained_px > TINY_PX && !said)?;
     let settings = &facts.report.settings;
     let title = "The board was not flat";
     let text = format!(
@@ -183,8 +189,4 @@ pub(super) fn outliers(facts: &Facts<'_>) -> Option<Finding> {
         (format!("{n} corners are outliers"), text)
     };
     Some(finding("outliers", Level::Info, title, text, Show::Picture(*position), None))
-}
-
-fn stem(name: &str) -> &str {
-    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }
