@@ -143,24 +143,13 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     let dropped = leave_out(case, &mut report, &mut assembly);
     let begun = Instant::now();
     let solved = match assembly.problem.and_then(|p| start_fits(p, case)) {
-        Ok(problem) => match solve(&problem, &case.models, tick)? {
-            Ok(calibration) => {
-                let (calibration, averaged) = bursts::once(&problem, calibration, tick)?;
-                Ok((calibration, averaged, problem))
-            }
-            Err(error) => Err(error),
-        },
+        Ok(problem) => answer(&mut report, &problem, &case.models, tick)?
+            .map(|calibration| (calibration, problem.target)),
         Err(error) => Err(error),
     };
     report.timing_ms.calibrate = ms_since(begun);
     let calibration = match solved {
-        Ok((calibration, averaged, problem)) => {
-            let target = problem.target.clone();
-            report.settings.model = calibration.camera.model;
-            report.calibrated(&calibration, &target);
-            if let Some(averaged) = averaged {
-                averaged.told(&problem, &calibration, &mut report)?;
-            }
+        Ok((calibration, target)) => {
             if SURFACES && case.residual_map {
                 report.with_residual_map(&calibration, &target);
             }
@@ -178,6 +167,26 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     Ok(Evidence { report, calibration, dropped, verdict, findings })
 }
 
+/// Solves, with repeated poses once, and writes the answer into the report.
+fn answer(
+    report: &mut Report,
+    problem: &Problem,
+    models: &[Model],
+    tick: &mut dyn FnMut(f32) -> ControlFlow<()>,
+) -> Result<Result<Calibration>> {
+    let calibration = match solve(problem, models, tick)? {
+        Ok(calibration) => calibration,
+        Err(error) => return Ok(Err(error)),
+    };
+    let (calibration, averaged) = bursts::once(problem, calibration, tick)?;
+    report.settings.model = calibration.camera.model;
+    report.calibrated(&calibration, &problem.target);
+    if let Some(averaged) = averaged {
+        averaged.told(problem, &calibration, report)?;
+    }
+    Ok(Ok(calibration))
+}
+
 /// Solves what a report is the answer to once more, from its own corners and settings, and answers the report of that solution; see
 /// [`crate::calib::check`].
 ///
@@ -185,9 +194,8 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
 /// Those of [`Report::problem`] and of the calibration.
 pub fn again(report: &Report, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<Report> {
     let problem = report.problem()?;
-    let calibration = solve(&problem, &[report.settings.model], tick)??;
     let mut fresh = report.clone();
-    fresh.calibrated(&calibration, &problem.target);
+    let calibration = answer(&mut fresh, &problem, &[report.settings.model], tick)??;
     if report.solution.as_ref().is_some_and(|s| s.residual_map.is_some()) {
         fresh.with_residual_map(&calibration, &problem.target);
     }

@@ -116,6 +116,10 @@ fn five_copies_of_each_picture_count_as_one() {
         }
     }
     let many = report(&list);
+    let file = copies.path().join("camera.json");
+    fs::write(&file, many.to_json()).unwrap();
+    let check = Command::new(env!("CARGO_BIN_EXE_straightedge")).arg("check").arg(&file).output().unwrap();
+    assert!(check.status.success(), "{}", String::from_utf8_lossy(&check.stdout));
     assert_eq!(many.included().count(), 65);
     assert_eq!(many.included().filter(|f| f.repeats.is_none()).count(), 13);
     let [plain, many] = [plain, many].map(|r| r.solution.unwrap());

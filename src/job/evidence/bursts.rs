@@ -15,6 +15,9 @@ use crate::calib::{
     solution::{Calibration, View, Warning},
 };
 
+/// Code of the warning.
+const REPEATED: &str = "repeated_pose";
+
 /// A set in which each burst is one picture, its first, with the members of each.
 pub(super) struct Averaged {
     problem: Problem,
@@ -128,8 +131,10 @@ impl Averaged {
         }
         if extra > 0 {
             report.fits_again();
+            // Of a report that is solved again it is told already.
+            report.warnings.retain(|w| w.code != REPEATED);
             report.warnings.push(Warning::new(
-                "repeated_pose",
+                REPEATED,
                 format!(
                     "{} the pose of another: each burst counts as one picture, its corners averaged",
                     if extra == 1 {
