@@ -108,6 +108,7 @@ pub enum Job {
     /// What to photograph next.
     Advise(Box<Evidence>, Goal),
     /// Draw what this calibration is of so many times anew, and calibrate that.
+    #[cfg_attr(target_arch = "wasm32", serde(skip))]
     Twin(Box<Report>, u32),
     /// Compare camera models on what would be calibrated.
     Compare(Box<Case>),
@@ -180,6 +181,7 @@ pub enum Output {
     /// Of [`Job::Advise`].
     Advice(Box<Advice>),
     /// Of [`Job::Twin`].
+    #[cfg_attr(target_arch = "wasm32", serde(skip))]
     Twin(Box<Outcome>),
     /// Of [`Job::Compare`].
     Compared(Box<Comparison>),

@@ -49,9 +49,13 @@ pub fn show(cx: &mut Cx<'_>, ui: &Ui) {
     let Some(part) = cx.state.screen.lab else { return };
     let t = cx.t;
     let area = ui.ctx().content_rect();
-    // Photographs have no scene to change: then it says so, and is no larger than that.
-    let empty = part == Part::Scene && cx.state.doc.scene().is_none();
-    let height = if empty { 140.0 } else { (area.height() - 80.0).clamp(300.0, 640.0) };
+    // Photographs have no scene to change, and a twin may not be drawn yet: then it says so, and is no larger than that.
+    let empty = match part {
+        Part::Scene => cx.state.doc.scene().is_none(),
+        Part::Twin => cx.state.data.twin.is_none() && cx.state.screen.twin.is_none(),
+        Part::Ablation | Part::Starts => false,
+    };
+    let height = if empty { 170.0 } else { (area.height() - 80.0).clamp(300.0, 640.0) };
     let size = vec2(356.0, height);
     egui::Window::new("Lab")
         .id(egui::Id::unique(("lab", empty)))

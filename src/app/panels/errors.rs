@@ -4,6 +4,10 @@ mod bars;
 mod distribution;
 mod field;
 mod scatter;
+#[cfg_attr(
+    target_arch = "wasm32",
+    allow(dead_code, reason = "not in the page, which would be larger for it")
+)]
 mod sources;
 mod tilt;
 
@@ -29,10 +33,11 @@ pub const PANEL: Panel = Panel {
         Page { name: "Overview", show: overview },
         Page { name: "Per picture", show: |cx, ui| bars::show(cx, ui) },
         Page { name: "Distribution", show: |cx, ui| distribution::show(cx, ui) },
-        Page { name: "Over the picture", show: |cx, ui| field::show(cx, ui) },
+        Page { name: "Map", show: |cx, ui| field::show(cx, ui) },
         Page { name: "Scatter", show: |cx, ui| scatter::show(cx, ui) },
         Page { name: "Radius", show: |cx, ui| scatter::radius(cx, ui) },
         Page { name: "Tilt", show: |cx, ui| tilt::show(cx, ui) },
+        #[cfg(not(target_arch = "wasm32"))]
         Page { name: "Sources", show: |cx, ui| sources::show(cx, ui) },
     ],
     switches,

@@ -179,7 +179,7 @@ pub(in crate::app) fn evidence(cx: &mut Cx<'_>, answer: &Answer, show: Show) {
         (s.center, page) = match show {
             Show::Picture(_) | Show::Pictures => (Tile::Picture, "Picture"),
             Show::Errors => (Tile::Errors, "Overview"),
-            Show::Field => (Tile::Errors, "Over the picture"),
+            Show::Field => (Tile::Errors, "Map"),
             Show::Certainty => (Tile::Coverage, "Certainty"),
             Show::Corners => (Tile::Coverage, "Corners"),
             Show::Diversity => (Tile::Coverage, "Diversity"),
