@@ -1,6 +1,6 @@
 //! How the answer changes with the pictures: halves and folds of them, and the error in pictures that were left out.
 //!
-//! Pictures of one pose are in one part ([`bursts`](crate::calib::bursts)), or the parts would not be independent.
+//! Pictures of one pose are in one part ([`crate::calib::bursts`]), or the parts would not be independent.
 
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
