@@ -4,7 +4,7 @@ use std::{path::PathBuf, sync::Arc};
 
 use super::{
     export::Content,
-    panels::{PANELS, Tile, lens},
+    panels::{Tile, lens},
     plan,
     screen::{Beside, Screen},
     session::Session,
@@ -146,11 +146,7 @@ impl State {
             Action::Finished(reply) => self.finished(*reply),
             Action::Beside(beside) => {
                 self.screen.beside = Some(Arc::new(*beside));
-                let tile = Tile::Lens;
-                self.screen.center = tile;
-                let pages = PANELS[tile.index()].pages;
-                self.screen.pages[tile.index()] =
-                    pages.iter().position(|p| p.name == lens::COMPARE).unwrap_or(0);
+                self.screen.go(Tile::Lens, lens::COMPARE);
             }
             Action::Progress(key, share) => self.data.progress = Some((key, share)),
             Action::Tell(notice) => self.screen.notice = Some(notice),

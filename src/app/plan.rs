@@ -18,7 +18,7 @@ use crate::{
     job::{
         Job, Key, Request, Source,
         assemble::Entry,
-        evidence::{Case, Known},
+        evidence::{Case, Known, SOURCES},
     },
 };
 
@@ -258,7 +258,8 @@ impl State {
 impl State {
     /// The camera shown is weighed, then asked what may be wrong, once it is complete and no other is wanted.
     fn weighing(&self) -> Option<Request> {
-        let (answer, _) = self.data.solved().filter(|(a, _)| a.complete && !(a.weighed && a.sourced))?;
+        let known = |a: &Answer| a.weighed && (a.sourced || !SOURCES);
+        let (answer, _) = self.data.solved().filter(|(a, _)| a.complete && !known(a))?;
         if evidence_key(self) != Some(answer.key) {
             return None;
         }

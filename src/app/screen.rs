@@ -4,7 +4,11 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{lab::Part, panels::Tile, state::Notice};
+use super::{
+    lab::Part,
+    panels::{PANELS, Tile},
+    state::Notice,
+};
 use crate::{
     calib::{compare::Side, observation::FrameId},
     job::Key,
@@ -204,6 +208,15 @@ pub struct Screen {
     pub dialog: Option<Dialog>,
     /// What is to be told.
     pub notice: Option<Notice>,
+}
+
+impl Screen {
+    /// Brings a page of a panel into the centre, by its name.
+    pub fn go(&mut self, tile: Tile, page: &str) {
+        let place = tile.index();
+        self.center = tile;
+        self.pages[place] = PANELS[place].pages.iter().position(|p| p.name == page).unwrap_or(0);
+    }
 }
 
 impl Default for Screen {

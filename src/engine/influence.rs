@@ -163,12 +163,6 @@ struct Set<'a> {
 
 impl<'a> Set<'a> {
     fn new(calibration: &'a Calibration, target: &'a Target, loss: Loss) -> Option<Self> {
-        let model = calibration.camera.model;
-        let held: Vec<usize> = (0..calibration.camera.params.len())
-            .filter(|&k| !calibration.free.contains(&k) && calibration.tied_to[k].is_none())
-            .collect();
-        let tied: Vec<[usize; 2]> =
-            calibration.tied_to.iter().enumerate().filter_map(|(k, to)| Some([k, (*to)?])).collect();
         let blocks: Option<Vec<Block>> =
             (0..calibration.views.len()).map(|i| block(calibration, target, i)).collect();
         let [w, h] = calibration.camera.size_px.map(f64::from);
@@ -182,7 +176,7 @@ impl<'a> Set<'a> {
             calibration,
             target,
             loss,
-            free: Free::new(model, &held, &tied),
+            free: Free::of(calibration),
             blocks: blocks?,
             pixels,
             variances: Vec::new(),

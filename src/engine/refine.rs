@@ -37,7 +37,7 @@ use super::{
     Result,
     camera::{Model, Spec},
     pose::Pose,
-    solution::{Iteration, Termination},
+    solution::{Calibration, Iteration, Termination},
 };
 use block::Block;
 pub(crate) use descent::Descent;
@@ -61,6 +61,11 @@ impl Free {
     /// No parameter is free: only poses move.
     pub fn none(model: Model) -> Self {
         Self { slots: vec![None; model.spec().params.len()], count: 0 }
+    }
+
+    /// Those of a calibration.
+    pub fn of(calibration: &Calibration) -> Self {
+        Self { slots: calibration.slots(), count: calibration.free.len() }
     }
 
     /// From the parameters that are held and pairs `[follower, leader]` that share one value.

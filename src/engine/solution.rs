@@ -170,13 +170,18 @@ impl Calibration {
         unsure.filter_map(|i| Some(params.get(i)?.name)).collect()
     }
 
+    /// For each parameter of the model its place among the free ones, or that of the one whose value it shares; `None` where it was held.
+    pub fn slots(&self) -> Vec<Option<usize>> {
+        let of_free = |k: usize| self.free.iter().position(|&f| f == k);
+        let tied = |k: usize| self.tied_to.get(k).copied().flatten();
+        (0..self.camera.params.len()).map(|k| of_free(k).or_else(|| of_free(tied(k)?))).collect()
+    }
+
     /// The covariance over all parameters in the model's order: zero where a parameter was fixed, its partner's rows where it
     /// was tied.
     pub fn covariance_of_all(&self) -> DMatrix<f64> {
         let n = self.camera.params.len();
-        let of_free = |k: usize| self.free.iter().position(|&f| f == k);
-        let place: Vec<_> =
-            (0..n).map(|k| of_free(k).or_else(|| of_free(self.tied_to.get(k).copied().flatten()?))).collect();
+        let place = self.slots();
         DMatrix::from_fn(n, n, |i, j| match (place[i], place[j]) {
             (Some(a), Some(b)) => self.covariance[(a, b)],
             _ => 0.0,

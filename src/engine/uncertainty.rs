@@ -209,10 +209,7 @@ pub struct Probe {
 impl Scatter {
     /// `None` where no view determines its pose.
     pub fn new(calibration: &Calibration, target: &Target) -> Option<Self> {
-        let of_free = |k: usize| calibration.free.iter().position(|&f| f == k);
-        let tied = |k: usize| calibration.tied_to.get(k).copied().flatten();
-        let slots: Vec<_> =
-            (0..calibration.camera.params.len()).map(|k| of_free(k).or_else(|| of_free(tied(k)?))).collect();
+        let slots = calibration.slots();
         let free = calibration.free.len();
         let (mut answer, mut own) = (Matrix6xX::zeros(free), Matrix6::zeros());
         let mut views = 0.0;

@@ -8,7 +8,7 @@ use crate::{
     app::{
         action::Command,
         cx::Cx,
-        panels::{PANELS, Tile},
+        panels::Tile,
         state::Answer,
         style::font,
         widgets::{button, caption, certainty, level, minus, named, text, value_sigma},
@@ -175,8 +175,7 @@ fn one(cx: &mut Cx<'_>, ui: &mut Ui, answer: &Answer, finding: &Finding) {
 pub(in crate::app) fn evidence(cx: &mut Cx<'_>, answer: &Answer, show: Show) {
     let ids = &answer.ids;
     cx.show(|s| {
-        let page;
-        (s.center, page) = match show {
+        let (tile, page) = match show {
             Show::Picture(_) | Show::Pictures => (Tile::Picture, "Picture"),
             Show::Errors => (Tile::Errors, "Overview"),
             Show::Field => (Tile::Errors, "Map"),
@@ -185,8 +184,7 @@ pub(in crate::app) fn evidence(cx: &mut Cx<'_>, answer: &Answer, show: Show) {
             Show::Diversity => (Tile::Coverage, "Diversity"),
             Show::Lens => (Tile::Lens, "Swipe"),
         };
-        let place = s.center.index();
-        s.pages[place] = PANELS[place].pages.iter().position(|p| p.name == page).unwrap_or(0);
+        s.go(tile, page);
         s.sheet = show == Show::Pictures;
         if let Show::Picture(position) = show {
             s.selected = ids.get(position).copied();

@@ -6,7 +6,7 @@ use crate::{
     app::{
         action::Command,
         cx::Cx,
-        panels::{PANELS, Tile},
+        panels::Tile,
         style::{font, icon},
         widgets::{button, minus, text},
     },
@@ -31,12 +31,7 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
             ui.add_space(3.0);
             ui.horizontal(|ui| {
                 if advice.next.is_some() && button(ui, t, "", "Show the pose", 22.0).clicked() {
-                    cx.show(|s| {
-                        s.center = Tile::Coverage;
-                        let place = Tile::Coverage.index();
-                        let pages = PANELS[place].pages.iter();
-                        s.pages[place] = pages.clone().position(|p| p.name == "Next picture").unwrap_or(0);
-                    });
+                    cx.show(|s| s.go(Tile::Coverage, "Next picture"));
                 }
                 if button(ui, t, "", "Add pictures…", 22.0).clicked() {
                     cx.ask(Command::PickPictures);

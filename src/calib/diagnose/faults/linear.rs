@@ -17,6 +17,7 @@ use super::column::{Column, Place};
 use crate::calib::{
     camera::{Camera, Projection},
     pose::Pose,
+    refine::block::Block,
     solution::Calibration,
     target::Target,
 };
@@ -51,6 +52,15 @@ pub(in crate::calib::diagnose) struct Seen {
     pub(in crate::calib::diagnose) weights: Vec<f64>,
 }
 
+impl Seen {
+    /// As the refinement wants it.
+    pub(in crate::calib::diagnose) fn block(&self) -> Block {
+        let mut block = Block::new(&self.points, &self.observed);
+        block.set_weights(self.weights.iter().copied());
+        block
+    }
+}
+
 /// Where the unknowns are.
 #[derive(Clone)]
 pub(super) struct At {
@@ -75,10 +85,7 @@ pub(in crate::calib::diagnose) struct Fixed {
 impl Fixed {
     /// `None` where the camera does not see one of its corners.
     pub(in crate::calib::diagnose) fn new(calibration: &Calibration, target: &Target) -> Option<Self> {
-        let of_free = |k: usize| calibration.free.iter().position(|&f| f == k);
-        let tied = |k: usize| calibration.tied_to.get(k).copied().flatten();
-        let slots =
-            (0..calibration.camera.params.len()).map(|k| of_free(k).or_else(|| of_free(tied(k)?))).collect();
+        let slots = calibration.slots();
         let views: Option<Vec<Seen>> = calibration
             .views
             .iter()

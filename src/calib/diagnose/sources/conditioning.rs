@@ -46,25 +46,10 @@ pub(super) fn card(facts: &Facts<'_>) -> Card {
 fn restarted(facts: &Facts<'_>) -> (f64, usize) {
     let capture = facts.capture;
     let calibration = capture.calibration;
-    let model = calibration.camera.model;
-    let held: Vec<usize> = (0..calibration.camera.params.len())
-        .filter(|&k| !calibration.free.contains(&k) && calibration.tied_to[k].is_none())
-        .collect();
-    let tied: Vec<[usize; 2]> =
-        calibration.tied_to.iter().enumerate().filter_map(|(k, to)| Some([k, (*to)?])).collect();
-    let free = Free::new(model, &held, &tied);
-    let blocks: Vec<Block> = capture
-        .fixed
-        .views
-        .iter()
-        .map(|seen| {
-            let mut block = Block::new(&seen.points, &seen.observed);
-            block.set_weights(seen.weights.iter().copied());
-            block
-        })
-        .collect();
+    let free = Free::of(calibration);
+    let blocks: Vec<Block> = capture.fixed.views.iter().map(|seen| seen.block()).collect();
     let problem = refine::Problem {
-        spec: model.spec(),
+        spec: calibration.camera.spec(),
         free: &free,
         blocks: &blocks,
         huber_px: None,

@@ -89,21 +89,10 @@ pub(super) fn of(capture: &Capture<'_>) -> Option<CrossValidation> {
 
 /// The camera of some of the views, from where the whole arrived, with its covariance for σ₀ = 1.
 fn solved(capture: &Capture<'_>, keep: &dyn Fn(usize) -> bool) -> Option<(Camera, nalgebra::DMatrix<f64>)> {
-    let Calibration { camera, views, free, tied_to, .. } = capture.calibration;
-    let held: Vec<usize> =
-        (0..camera.params.len()).filter(|k| !free.contains(k) && tied_to[*k].is_none()).collect();
-    let tied: Vec<[usize; 2]> = tied_to.iter().enumerate().filter_map(|(k, to)| Some([k, (*to)?])).collect();
-    let free = Free::new(camera.model, &held, &tied);
+    let Calibration { camera, views, .. } = capture.calibration;
+    let free = Free::of(capture.calibration);
     let kept: Vec<usize> = (0..views.len()).filter(|i| keep(*i)).collect();
-    let blocks: Vec<Block> = kept
-        .iter()
-        .map(|&i| {
-            let seen = &capture.fixed.views[i];
-            let mut block = Block::new(&seen.points, &seen.observed);
-            block.set_weights(seen.weights.iter().copied());
-            block
-        })
-        .collect();
+    let blocks: Vec<Block> = kept.iter().map(|&i| capture.fixed.views[i].block()).collect();
     let problem = refine::Problem {
         spec: camera.spec(),
         free: &free,
