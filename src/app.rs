@@ -33,7 +33,6 @@ pub mod widgets;
 pub mod zones;
 
 use std::{
-    collections::BTreeSet,
     path::{Path, PathBuf},
     time::Duration,
 };
@@ -42,8 +41,8 @@ use egui::{Frame, Margin, Panel};
 use web_time::Instant;
 
 use crate::{
-    calib::number::counted,
-    job::{Key, Reply, ms_since, photo},
+    calib::{number::counted, order},
+    job::{Reply, ms_since, photo},
     worker::{self, Event, Pool},
 };
 use action::{Action, Command};
@@ -185,7 +184,7 @@ impl App {
     fn plan(&mut self) {
         let solving = self.is_solving();
         let Plan { first, then } = self.state.plan(solving);
-        let wanted: BTreeSet<Key> = first.iter().chain(&then).map(|r| r.key).collect();
+        let wanted = order::set(first.iter().chain(&then).map(|r| r.key));
         let batch = self.batch.as_ref();
         let keep = |key| Kind::of(key) == Some(Kind::Evidence) || batch.is_some_and(|b| b.has(key));
         self.pool.keep(|key| wanted.contains(&key) || keep(key));

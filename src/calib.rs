@@ -16,7 +16,6 @@ pub mod format;
 pub mod html;
 pub mod npy;
 pub mod report;
-pub mod safe;
 pub mod stmap;
 pub mod survey;
 pub mod twin;

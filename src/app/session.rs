@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::state::{Document, Frame, State};
 use crate::{
-    calib::{Error, Result, observation::FrameId, report::Report},
+    calib::{Error, Result, observation::FrameId, order, report::Report},
     job::{Inspection, Source, photo, raster::Raster},
 };
 
@@ -96,7 +96,7 @@ impl Session {
 
     /// The document, and what was seen by picture.
     pub fn into_parts(self) -> (Document, BTreeMap<FrameId, Result<Arc<Inspection>>>) {
-        (self.document, self.seen.into_iter().map(|(id, i)| (id, Ok(Arc::new(i)))).collect())
+        (self.document, order::map(self.seen.into_iter().map(|(id, i)| (id, Ok(Arc::new(i))))))
     }
 
     /// Pictures that are not where they were.
@@ -129,10 +129,10 @@ impl Session {
     /// Puts files, by the hash of their bytes, in the place of those that are missing. Pictures that were never read have no hash:
     /// they go by their names.
     pub fn place(&mut self, files: Vec<(u128, PathBuf)>) {
-        let hashes: BTreeMap<FrameId, u128> = self.seen.iter().map(|(id, i)| (*id, i.bytes_hash)).collect();
-        let names: BTreeMap<_, _> =
-            files.iter().filter_map(|(_, path)| Some((path.file_name()?.to_owned(), path.clone()))).collect();
-        let by_hash: BTreeMap<u128, PathBuf> = files.into_iter().collect();
+        let hashes = order::map(self.seen.iter().map(|(id, i)| (*id, i.bytes_hash)));
+        let named = |(_, path): &(u128, PathBuf)| Some((path.file_name()?.to_owned(), path.clone()));
+        let names = order::map(files.iter().filter_map(named));
+        let by_hash = order::map(files);
         let mut frames = self.document.frames.to_vec();
         for frame in frames.iter_mut().filter(|f| is_missing(f)) {
             let Source::File(path) = &frame.source else { continue };

@@ -44,6 +44,7 @@ pub mod order;
 pub mod pose;
 pub mod refine;
 pub mod residual;
+pub mod safe;
 pub mod solution;
 pub mod splined;
 pub mod spread;

@@ -1,7 +1,9 @@
 //! Lists in the order of numbers.
 //!
 //! The sort of the standard library is compiled anew for every type and every comparison, a few kilobytes each, which a page has to
-//! load; here one of plain numbers serves all lists.
+//! load; here one of plain numbers serves all lists. `collect` into a set or a map sorts, too: [`set`] and [`map`] do not.
+
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Sorts by the numbers of `key`, least first; equals by the next number, in the end as they stood. Indices are exact as `f64`.
 pub fn by<T, const N: usize>(list: &mut [T], key: impl Fn(&T) -> [f64; N]) {
@@ -36,6 +38,20 @@ fn places(keys: Vec<[f64; WIDTH]>) -> Vec<usize> {
         places[from] = to;
     }
     places
+}
+
+/// The set of some items.
+pub fn set<T: Ord>(items: impl IntoIterator<Item = T>) -> BTreeSet<T> {
+    let mut set = BTreeSet::new();
+    set.extend(items);
+    set
+}
+
+/// The map of some pairs; of equal keys the last counts.
+pub fn map<K: Ord, V>(pairs: impl IntoIterator<Item = (K, V)>) -> BTreeMap<K, V> {
+    let mut map = BTreeMap::new();
+    map.extend(pairs);
+    map
 }
 
 #[cfg(test)]

@@ -106,7 +106,7 @@ fn folder(name: &str) -> String {
 /// A frame whose EXIF says less joins the only camera beside it that it does not contradict: editors strip tags.
 fn complete_cameras(keys: &mut [Key]) {
     // As many as there are cameras, however many pictures.
-    let known: BTreeSet<Key> = keys.iter().cloned().collect();
+    let known = order::set(keys.iter().cloned());
     for key in keys {
         let fits = |other: &CameraId| {
             *other != key.camera && key.camera.iter().zip(other).all(|(own, its)| own.is_none() || own == its)
@@ -114,7 +114,7 @@ fn complete_cameras(keys: &mut [Key]) {
         let beside = known
             .iter()
             .filter(|k| (&k.folder, &k.label, k.size_px) == (&key.folder, &key.label, key.size_px));
-        let candidates: BTreeSet<&CameraId> = beside.map(|k| &k.camera).filter(|c| fits(c)).collect();
+        let candidates = order::set(beside.map(|k| &k.camera).filter(|c| fits(c)));
         // Of several, a partial one that itself fits into the fullest is no contradiction.
         let fullest = candidates.iter().max_by_key(|c| c.iter().flatten().count());
         if let Some(fullest) = fullest

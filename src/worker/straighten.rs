@@ -1,7 +1,6 @@
 //! A folder of straightened photographs: names, depth and metadata are kept.
 
 use std::{
-    collections::BTreeSet,
     fs,
     path::{Path, PathBuf},
 };
@@ -9,7 +8,7 @@ use std::{
 use super::side_by_side;
 use crate::{
     calib::{
-        Error, Result,
+        Error, Result, order,
         undistort::{Interpolation, Straightener},
     },
     job::{develop::developed, store},
@@ -61,7 +60,7 @@ pub fn tasks(pictures: &[PathBuf], out: &Path) -> Result<Vec<Task>> {
         )));
     }
     let name = |p: &PathBuf| p.file_name().unwrap_or_default().to_ascii_lowercase();
-    let unique = pictures.iter().map(name).collect::<BTreeSet<_>>().len() == pictures.len();
+    let unique = order::set(pictures.iter().map(name)).len() == pictures.len();
     // Names as the user gave them: a link keeps its own.
     let whole: Vec<PathBuf> =
         pictures.iter().map(|p| std::path::absolute(p).unwrap_or_else(|_| p.clone())).collect();

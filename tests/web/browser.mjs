@@ -87,9 +87,15 @@ export class Page {
       const nodes = await this.nodes();
       const found = nodes.find(fits);
       if (found) return found;
-      if (Date.now() > end) throw new Error(`not seen: ${wanted}\non the screen: ${nodes.map(words).filter(Boolean).join(' | ').slice(0, 4000)}`);
+      if (Date.now() > end) await this.tell(new Error(`not seen: ${wanted}`));
       await this.page.waitForTimeout(50);
     }
+  }
+
+  // Throws the error with what is on the screen.
+  async tell(error) {
+    const seen = (await this.nodes()).map(words).filter(Boolean).join(' | ').slice(0, 4000);
+    throw new Error(`${error.message}\non the screen: ${seen}`);
   }
 
   async gone(text, ms = 60000) {
@@ -100,23 +106,28 @@ export class Page {
     }
   }
 
-  // Clicks the middle of a button, or of what `wanted` accepts.
+  // Clicks the middle of a button, or of what `wanted` accepts, once it stays where it is: a dialog still grows while it opens.
   async click(wanted) {
-    const fits = typeof wanted === 'string' ? node => node.role.includes('Button') && words(node) === wanted : wanted;
-    const { x, y, w, h } = await this.see(fits);
-    await this.page.mouse.click(x + w / 2, y + h / 2);
+    const fits = typeof wanted === 'string' ? node => node.role.includes('Button') && !node.disabled && words(node) === wanted : wanted;
+    for (let last = ''; ;) {
+      const { x, y, w, h } = await this.see(fits);
+      const place = [x, y, w, h].join();
+      if (place === last) return this.page.mouse.click(x + w / 2, y + h / 2);
+      last = place;
+      await this.page.evaluate(() => new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(drawn, 20)))));
+    }
   }
 
   // Clicks and answers the file that is downloaded: { name, path, bytes }.
   async download(wanted) {
-    const [download] = await Promise.all([this.page.waitForEvent('download'), this.click(wanted)]);
+    const [download] = await Promise.all([this.page.waitForEvent('download').catch(error => this.tell(error)), this.click(wanted)]);
     const file = await download.path();
     return { name: download.suggestedFilename(), path: file, bytes: fs.readFileSync(file) };
   }
 
   // Gives files, or a folder, to the dialog that a click opens.
   async give(wanted, files) {
-    const [chooser] = await Promise.all([this.page.waitForEvent('filechooser'), this.click(wanted)]);
+    const [chooser] = await Promise.all([this.page.waitForEvent('filechooser').catch(error => this.tell(error)), this.click(wanted)]);
     await chooser.setFiles(files);
   }
 

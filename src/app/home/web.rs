@@ -25,7 +25,7 @@ use crate::{
         session::Session,
         state::{Notice, State},
     },
-    calib::observation::FrameId,
+    calib::{observation::FrameId, order},
     job::{Inspection, Key, raster::Raster},
     worker::wire::{self, Bulk},
 };
@@ -198,13 +198,10 @@ fn name(id: FrameId) -> String {
 
 /// The session in the records of the database.
 fn session_in(records: &JsValue) -> Option<Session> {
-    let records: BTreeMap<String, Vec<u8>> = Array::from(records)
-        .iter()
-        .filter_map(|pair| {
-            let pair = Array::from(&pair);
-            Some((pair.get(0).as_string()?, Uint8Array::new(&pair.get(1)).to_vec()))
-        })
-        .collect();
+    let records = order::map(Array::from(records).iter().filter_map(|pair| {
+        let pair = Array::from(&pair);
+        Some((pair.get(0).as_string()?, Uint8Array::new(&pair.get(1)).to_vec()))
+    }));
     let text = String::from_utf8(records.get(SESSION)?.clone()).ok()?;
     let mut session = Session::from_json(&text, SESSION).ok().filter(|s| !s.document.frames.is_empty())?;
     for frame in session.document.frames.iter() {

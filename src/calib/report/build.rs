@@ -1,7 +1,5 @@
 //! From results to the report.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector2;
 
 use super::{Failure, FrameReport, GroupReport, Report, Settings, Solution, Timing, Trends};
@@ -10,6 +8,7 @@ use crate::calib::{
     camera::Camera,
     influence::Influence,
     observation::FrameId,
+    order,
     pose::Pose,
     residual,
     safe::SafeRegion,
@@ -194,8 +193,7 @@ impl Report {
         let mut distances = Vec::new();
         for frame in self.included() {
             let Some(known) = truth.frame(&frame.file) else { continue };
-            let places: BTreeMap<u32, Vector2<f64>> =
-                known.corners.iter().map(|(index, x, y)| (*index, Vector2::new(*x, *y))).collect();
+            let places = order::map(known.corners.iter().map(|(index, x, y)| (*index, Vector2::new(*x, *y))));
             distances
                 .extend(frame.corners.iter().filter_map(|c| Some((places.get(&c.index)? - c.px).norm())));
         }

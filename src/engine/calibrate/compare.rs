@@ -11,10 +11,7 @@ mod splined;
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    ops::ControlFlow,
-};
+use std::{collections::BTreeMap, ops::ControlFlow};
 
 pub use splined::{COLUMNS, SplinedCandidate, splined};
 
@@ -23,6 +20,7 @@ use crate::{
     Error, Result,
     camera::Model,
     observation::{FrameId, Observation},
+    order,
     solution::Calibration,
     target::Target,
     uncertainty,
@@ -178,7 +176,7 @@ pub fn compare(
 /// Models are compared on the same pictures: those that all can answer about.
 fn to_common_groups(tried: &mut [Tried]) {
     let all = tried.iter().filter_map(|t| t.errors.as_ref());
-    let groups = all.map(|errors| errors.keys().copied().collect::<BTreeSet<usize>>());
+    let groups = all.map(|errors| order::set(errors.keys().copied()));
     let Some(common) = groups.reduce(|a, b| &a & &b) else { return };
     for errors in tried.iter_mut().filter_map(|t| t.errors.as_mut()) {
         errors.retain(|group, _| common.contains(group));
@@ -255,7 +253,7 @@ fn held_out(
         }
     }
     let asked = parts.folds.iter().flat_map(|f| &f.left_out).map(|&i| parts.group[i]);
-    let asked = asked.collect::<BTreeSet<_>>().len() as f64;
+    let asked = order::set(asked).len() as f64;
     Ok((!errors.is_empty() && errors.len() as f64 >= EXPLAINED * asked).then_some(errors))
 }
 

@@ -1,7 +1,5 @@
 //! From lattices to boards: which dot is which.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -112,7 +110,7 @@ impl Grid {
 
     /// Turned so that columns run to the right as far as possible.
     pub(super) fn upright(&self) -> Self {
-        let by_cell: BTreeMap<[u32; 2], Vector2<f64>> = self.dots.iter().map(|d| (d.cell, d.px)).collect();
+        let by_cell = order::map(self.dots.iter().map(|d| (d.cell, d.px)));
         let sum = |[c, r]: [u32; 2]| -> Vector2<f64> {
             let step = |d: &GridDot| by_cell.get(&[d.cell[0] + c, d.cell[1] + r]).map(|q| q - d.px);
             self.dots.iter().filter_map(step).sum()

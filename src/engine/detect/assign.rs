@@ -107,8 +107,7 @@ impl Grid {
     /// Turned so that columns run to the right as far as possible.
     pub(super) fn upright(&self) -> Self {
         let to_the_right = |grid: &Self| {
-            let by_cell: BTreeMap<[u32; 2], Vector2<f64>> =
-                grid.corners.iter().map(|c| (c.cell, c.px)).collect();
+            let by_cell = order::map(grid.corners.iter().map(|c| (c.cell, c.px)));
             let step = |c: &GridCorner| by_cell.get(&[c.cell[0] + 1, c.cell[1]]).map(|q| q.x - c.px.x);
             grid.corners.iter().filter_map(step).sum::<f64>()
         };

@@ -77,7 +77,7 @@ impl Map {
         rows: Range<usize>,
     ) -> Result<Vec<T>> {
         // A page does not load a loop for each of the rare kinds.
-        let rare = channels == 2 || (cfg!(target_arch = "wasm32") && size_of::<T>() > 1);
+        let rare = channels == 2 || (cfg!(target_arch = "wasm32") && (size_of::<T>() > 1 || channels == 4));
         match channels {
             1 => self.run::<T, 1>(samples, interpolation, rows),
             2..=4 if rare => self.one_by_one(samples, channels, interpolation, &rows),

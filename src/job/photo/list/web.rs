@@ -17,7 +17,7 @@ use web_sys::{Blob, File, FileReaderSync};
 
 use super::{Entry, HEAD, begins_like_a_picture, walk};
 use crate::{
-    calib::{Error, Result},
+    calib::{Error, Result, order},
     job::photo::sniff::{Content, named_like_a_picture, sniff_named},
 };
 
@@ -78,7 +78,7 @@ fn entries(folder: &Path) -> Result<Vec<Entry>> {
         let name = first.as_os_str().to_string_lossy().into_owned();
         Some((name, (folder.join(first), below.next().is_some())))
     };
-    let names: BTreeMap<_, _> = FILES.with_borrow(|files| files.keys().filter_map(|p| entry(p)).collect());
+    let names = FILES.with_borrow(|files| order::map(files.keys().filter_map(|p| entry(p))));
     Ok(names.into_iter().map(|(name, (path, is_folder))| Entry { name, path, is_folder }).collect())
 }
 

@@ -1,7 +1,7 @@
 use nalgebra::Vector2;
 
 use super::{SafeRegion, Shown, area, clipped, contains, widest_alpha};
-use crate::calib::{
+use crate::{
     camera::{Camera, Model},
     uncertainty::Uncertainty,
     undistort::{Framing, View},

@@ -7,6 +7,8 @@
 mod outline;
 mod shown;
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -43,16 +45,17 @@ impl SafeRegion {
         let [w, h] = camera.size_px.map(f64::from);
         let diagonal = w.hypot(h);
         let (limit_px, far_px) = (LIMIT * diagonal, FAR * diagonal);
+        let (sigma_log, corners) = (SigmaLog::new(uncertainty, [w, h]), Near::new(corners_px, far_px));
         // How far beyond the bounds: up to 0 is safe.
         let beyond = |px: &Vector2<f64>| {
             if camera.unproject(px).is_none() {
                 return 1.0;
             }
-            let uncertain = sigma_log(uncertainty, px, [w, h]) - limit_px.ln();
+            let uncertain = sigma_log.at(px) - limit_px.ln();
             if uncertain >= 1.0 {
                 return 1.0;
             }
-            uncertain.max(nearest(corners_px, px, 0.5 * far_px) / far_px - 1.0).clamp(-1.0, 1.0)
+            uncertain.max(corners.distance(px) / far_px - 1.0).clamp(-1.0, 1.0)
         };
         let polygon_px = outline::of([w, h], CELLS, beyond);
         let fraction = (area(&polygon_px).abs() / (w * h)).min(1.0);
@@ -114,35 +117,71 @@ fn area(polygon: &[[f64; 2]]) -> f64 {
     0.5 * polygon.iter().enumerate().map(|(k, [x, y])| x * next(k)[1] - next(k)[0] * y).sum::<f64>()
 }
 
-/// Distance of the nearest corner, px, or of one that is near enough: then the others need not be looked at.
-fn nearest(corners_px: &[Vector2<f64>], px: &Vector2<f64>, enough: f64) -> f64 {
-    let mut least = f64::INFINITY;
-    for corner in corners_px {
-        least = least.min((corner - px).norm_squared());
-        if least <= enough * enough {
-            break;
-        }
-    }
-    least.sqrt()
+/// Corners by the square cell that they lie in, as large as what is still near: only neighbouring cells need to be looked through.
+struct Near {
+    cell_px: f64,
+    cells: BTreeMap<[i32; 2], Vec<Vector2<f64>>>,
 }
 
-/// ln σ at a pixel, linear between the middles of the cells and beyond them; very large where one of them has no σ.
-fn sigma_log(uncertainty: &Uncertainty, px: &Vector2<f64>, size: [f64; 2]) -> f64 {
-    const NONE: f64 = 50.0;
-    let rows = &uncertainty.grid_px;
-    let cells = [rows.first().map_or(0, Vec::len), rows.len()];
-    let at = |i: usize, j: usize| {
-        let value = rows.get(j).and_then(|row| row.get(i)).copied().flatten();
-        value.map_or(NONE, |v| v.max(f64::MIN_POSITIVE).ln())
-    };
-    let place = |v: f64, n: usize, size: f64| {
-        let x = (v + 0.5) / size * n as f64 - 0.5;
-        let low = x.floor().clamp(0.0, (n.max(2) - 2) as f64);
-        (low as usize, x - low)
-    };
-    let ((i, s), (j, t)) = (place(px.x, cells[0], size[0]), place(px.y, cells[1], size[1]));
-    let along = |j: usize| (1.0 - s) * at(i, j) + s * at(i + 1, j);
-    (1.0 - t) * along(j) + t * along(j + 1)
+impl Near {
+    fn new(corners_px: &[Vector2<f64>], cell_px: f64) -> Self {
+        let mut near = Self { cell_px, cells: BTreeMap::new() };
+        for corner in corners_px {
+            let cell = near.cell(corner);
+            near.cells.entry(cell).or_default().push(*corner);
+        }
+        near
+    }
+
+    fn cell(&self, px: &Vector2<f64>) -> [i32; 2] {
+        [px.x, px.y].map(|v| (v / self.cell_px).floor() as i32)
+    }
+
+    /// Distance of the nearest corner, px; of those farther than two cells, some larger number.
+    fn distance(&self, px: &Vector2<f64>) -> f64 {
+        let [i, j] = self.cell(px);
+        let around = (i - 2..=i + 2).flat_map(|i| self.cells.range([i, j - 2]..=[i, j + 2]));
+        let squares = around.flat_map(|(_, corners)| corners).map(|corner| (corner - px).norm_squared());
+        squares.fold(f64::INFINITY, f64::min).sqrt()
+    }
+}
+
+/// ln σ where there is no σ.
+const NONE: f64 = 50.0;
+
+/// ln σ over the picture.
+struct SigmaLog {
+    /// Of the middles of the cells, row by row.
+    grid: Vec<f64>,
+    cells: [usize; 2],
+    size: [f64; 2],
+}
+
+impl SigmaLog {
+    fn new(uncertainty: &Uncertainty, size: [f64; 2]) -> Self {
+        let rows = &uncertainty.grid_px;
+        let log = |v: &Option<f64>| v.map_or(NONE, |v| v.max(f64::MIN_POSITIVE).ln());
+        let cells = [rows.first().map_or(0, Vec::len), rows.len()];
+        Self { grid: rows.iter().flatten().map(log).collect(), cells, size }
+    }
+
+    /// At a pixel, linear between the middles of the cells and beyond them.
+    fn at(&self, px: &Vector2<f64>) -> f64 {
+        let value = |i: usize, j: usize| {
+            let [columns, rows] = self.cells;
+            let k = j.min(rows.saturating_sub(1)) * columns + i.min(columns.saturating_sub(1));
+            self.grid.get(k).copied().unwrap_or(NONE)
+        };
+        let place = |v: f64, axis: usize| {
+            let n = self.cells[axis];
+            let x = (v + 0.5) / self.size[axis] * n as f64 - 0.5;
+            let low = x.floor().clamp(0.0, (n.max(2) - 2) as f64);
+            (low as usize, x - low)
+        };
+        let ((i, s), (j, t)) = (place(px.x, 0), place(px.y, 1));
+        let along = |j: usize| (1.0 - s) * value(i, j) + s * value(i + 1, j);
+        (1.0 - t) * along(j) + t * along(j + 1)
+    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::contains;
-use crate::calib::{
+use crate::{
     Result,
     lens::Lens,
     undistort::{Framing, View},
