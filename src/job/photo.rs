@@ -6,15 +6,15 @@
 //! Samples keep their depth (8 or 16 bit) and colours; fewer bits are widened to 8 and palettes are looked up.
 //! Colour profiles are carried along when a picture is written, never applied.
 
+#[cfg_attr(not(target_arch = "wasm32"), path = "photo/browsers_native.rs")]
+#[cfg_attr(target_arch = "wasm32", path = "photo/browsers_web.rs")]
+mod browsers;
 pub mod exif;
 mod ifd;
 mod jpeg;
 mod list;
 mod sniff;
 mod tiff;
-#[cfg_attr(not(target_arch = "wasm32"), path = "photo/webp_native.rs")]
-#[cfg_attr(target_arch = "wasm32", path = "photo/webp_web.rs")]
-mod webp;
 pub mod write;
 
 use std::{
@@ -25,7 +25,7 @@ use std::{
 
 use image::{
     ImageDecoder, ImageError, ImageReader, ImageResult, Limits,
-    codecs::{bmp::BmpDecoder, png::PngDecoder, pnm::PnmDecoder},
+    codecs::{png::PngDecoder, pnm::PnmDecoder},
 };
 use serde::{Deserialize, Serialize};
 use siphasher::sip128::{Hasher128, SipHasher13};
@@ -37,12 +37,12 @@ use crate::calib::{
 };
 
 pub use self::exif::Exif;
+#[cfg(target_arch = "wasm32")]
+pub use browsers::decode_ahead;
 pub use list::{bytes, exists, is_folder, list};
 #[cfg(target_arch = "wasm32")]
 pub use list::{file, hash_of, offer, text};
 pub use sniff::{Content, Format, sniff, sniff_named};
-#[cfg(target_arch = "wasm32")]
-pub use webp::decode_ahead;
 
 /// Most pixels of one picture; more is refused before anything is decoded. Twice what the largest cameras give: several
 /// pictures are open at the same time.
@@ -158,8 +158,7 @@ fn pixels(
         Format::Png => {
             common(bytes, format, notes, |at, most| Ok(Box::new(PngDecoder::with_limits(at, most)?)))?
         }
-        Format::Bmp => common(bytes, format, notes, |at, _| Ok(Box::new(BmpDecoder::new(at)?)))?,
-        Format::WebP => webp::decode(bytes, notes)?,
+        Format::Bmp | Format::WebP => browsers::decode(bytes, format, notes)?,
         Format::Pnm => common(bytes, format, notes, |at, _| Ok(Box::new(PnmDecoder::new(at)?)))?,
     };
     Ok(match colours {

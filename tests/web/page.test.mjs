@@ -146,22 +146,36 @@ for (const [set, title, options] of [
   });
 }
 
-// WebP is decoded by the browser, on the desktop by a library: without loss and with some.
-inBrowser('WebP pictures: the same as the desktop program', {}, async b => {
-  const [drawn, folder] = ['drawn', 'webp'].map(name => path.join(scratch, name));
+// WebP and BMP are decoded by the browser, on the desktop by a library: WebP without loss and with some.
+inBrowser('WebP and BMP pictures: the same as the desktop program', {}, async b => {
+  const [drawn, folder] = ['drawn', 'encoded'].map(name => path.join(scratch, name));
   execFileSync(native, ['synth', '--out', drawn]);
   fs.mkdirSync(folder);
   const page = await b.open(address('theme=dark'));
   for (const [i, name] of fs.readdirSync(drawn).filter(f => f.endsWith('.png')).sort().slice(0, 6).entries()) {
     const bytes = fs.readFileSync(path.join(drawn, name)).toString('base64');
-    const webp = await page.page.evaluate(async ([bytes, quality]) => {
+    const kind = ['a little lossy', 'lossless', 'bmp'][i % 3];
+    const encoded = await page.page.evaluate(async ([bytes, kind]) => {
       const bitmap = await createImageBitmap(new Blob([Uint8Array.from(atob(bytes), c => c.charCodeAt(0))]));
-      const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
-      canvas.getContext('2d').drawImage(bitmap, 0, 0);
-      const blob = await canvas.convertToBlob({ type: 'image/webp', quality });
-      return [...new Uint8Array(await blob.arrayBuffer())];
-    }, [bytes, i % 2 ? 1 : 0.9]);
-    fs.writeFileSync(path.join(folder, name.replace('.png', '.webp')), Buffer.from(webp));
+      const { width, height } = bitmap;
+      const canvas = new OffscreenCanvas(width, height);
+      const context = canvas.getContext('2d');
+      context.drawImage(bitmap, 0, 0);
+      if (kind !== 'bmp') {
+        const blob = await canvas.convertToBlob({ type: 'image/webp', quality: kind === 'lossless' ? 1 : 0.9 });
+        return [...new Uint8Array(await blob.arrayBuffer())];
+      }
+      // 24 bits, from the bottom up, blue first, rows of a multiple of four bytes.
+      const row = Math.ceil(3 * width / 4) * 4;
+      const file = new DataView(new ArrayBuffer(54 + row * height));
+      [[0, 0x4D42], [26, 1], [28, 24]].forEach(([at, value]) => file.setUint16(at, value, true));
+      [[2, file.byteLength], [10, 54], [14, 40], [18, width], [22, height]].forEach(([at, value]) => file.setUint32(at, value, true));
+      const { data } = context.getImageData(0, 0, width, height);
+      for (let y = 0; y < height; y++) for (let x = 0; x < width; x++) for (let c = 0; c < 3; c++)
+        file.setUint8(54 + row * (height - 1 - y) + 3 * x + c, data[4 * (y * width + x) + 2 - c]);
+      return [...new Uint8Array(file.buffer)];
+    }, [bytes, kind]);
+    fs.writeFileSync(path.join(folder, name.replace('.png', kind === 'bmp' ? '.bmp' : '.webp')), Buffer.from(encoded));
   }
   await page.give('Open folder…', folder);
   await solved(page);

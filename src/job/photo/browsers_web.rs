@@ -1,4 +1,4 @@
-//! WebP by the browser, which has a decoder: [`decode_ahead`] asks it before a job begins, because it does not answer at once.
+//! WebP and BMP by the browser, which has decoders: [`decode_ahead`] asks it before a job begins, because it does not answer at once.
 
 use std::cell::RefCell;
 
@@ -9,20 +9,20 @@ use web_sys::File;
 use super::{Format, check_size, sniff};
 use crate::calib::image::{Photo, Samples};
 
-#[wasm_bindgen(module = "/web/webp.js")]
+#[wasm_bindgen(module = "/web/pixels.js")]
 extern "C" {
     #[wasm_bindgen(catch)]
-    async fn webp_pixels(file: &File) -> Result<JsValue, JsValue>;
+    async fn browser_pixels(file: &File) -> Result<JsValue, JsValue>;
 }
 
 thread_local! {
-    /// Of the file that the present request reads; none where that is no WebP, or none that the browser reads.
+    /// Of the file that the present request reads; none where it is of another kind, or the browser cannot read it.
     static PIXELS: RefCell<Option<Photo>> = const { RefCell::new(None) };
 }
 
-/// Decodes the file of a request if it is a WebP picture.
+/// Decodes the file of a request if it is a WebP or BMP picture.
 pub async fn decode_ahead(file: &File) {
-    let pixels = webp_pixels(file).await.ok().and_then(|pixels| photo(&pixels));
+    let pixels = browser_pixels(file).await.ok().and_then(|pixels| photo(&pixels));
     PIXELS.set(pixels);
 }
 
@@ -43,10 +43,11 @@ fn photo(pixels: &JsValue) -> Option<Photo> {
     Some(Photo { width, height, channels, samples: Samples::U8(samples) })
 }
 
-pub(super) fn decode(bytes: &[u8], notes: &mut Vec<String>) -> Result<Photo, String> {
-    if let Some(frames) = sniff::animation(bytes, Format::WebP) {
+pub(super) fn decode(bytes: &[u8], format: Format, notes: &mut Vec<String>) -> Result<Photo, String> {
+    if let Some(frames) = sniff::animation(bytes, format) {
         notes.push(format!("an animation of {frames} frames: only the first was used"));
     }
     let pixels = PIXELS.with_borrow(Clone::clone);
-    pixels.ok_or_else(|| "the browser cannot read this WebP file: save the picture as PNG or JPEG".to_owned())
+    pixels
+        .ok_or_else(|| format!("the browser cannot read this {format} file: save the picture as PNG or JPEG"))
 }

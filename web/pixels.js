@@ -1,9 +1,9 @@
-// WebP by the browser's own decoder: one in the program would be a fiftieth more to load.
+// WebP and BMP by the browser's own decoders: those in the program would be a fortieth more to load.
 
-// The pixels of a WebP picture as it is stored, RGBA; nothing for other files.
-export async function webp_pixels(file) {
+// The pixels of a WebP or BMP picture as it is stored, RGBA; nothing for other files.
+export async function browser_pixels(file) {
   const head = String.fromCharCode(...new Uint8Array(await file.slice(0, 12).arrayBuffer()));
-  if (!head.startsWith('RIFF') || !head.endsWith('WEBP')) return undefined;
+  if (!(head.startsWith('RIFF') && head.endsWith('WEBP')) && !head.startsWith('BM')) return undefined;
   const as_stored = { imageOrientation: 'none', premultiplyAlpha: 'none', colorSpaceConversion: 'none' };
   const bitmap = await createImageBitmap(file, as_stored).catch(() => undefined);
   if (!bitmap) return undefined;

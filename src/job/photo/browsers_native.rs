@@ -1,0 +1,16 @@
+//! WebP and BMP by the `image` crate.
+
+use image::codecs::{bmp::BmpDecoder, webp::WebPDecoder};
+
+use super::{Format, common};
+use crate::calib::image::Photo;
+
+pub(super) fn decode(bytes: &[u8], format: Format, notes: &mut Vec<String>) -> Result<Photo, String> {
+    common(bytes, format, notes, |at, _| {
+        Ok(if format == Format::Bmp {
+            Box::new(BmpDecoder::new(at)?)
+        } else {
+            Box::new(WebPDecoder::new(at)?)
+        })
+    })
+}
