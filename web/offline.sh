@@ -2,6 +2,7 @@
 # Run by trunk after a build: writes the service worker with the list of all files and their common hash.
 set -eu
 cd "$TRUNK_STAGING_DIR"
+[ "$TRUNK_PROFILE" != release ] || sh "$TRUNK_SOURCE_DIR/web/small.sh"
 files=$(find . -type f ! -name sw.js ! -name '*.map' | LC_ALL=C sort)
 version=$(echo "$files" | xargs sha256sum | sha256sum | cut -c1-16)
 list=$(echo "$files" | sed 's|^\./||; s|^index\.html$|./|; s|.*|"&"|' | paste -sd, -)
