@@ -31,7 +31,7 @@ pub(super) struct Args {
     #[arg(long, conflicts_with_all = ["ablate", "advice", "faults"])]
     sources: bool,
     /// Captures of each fault and strength, a tenth of those without a fault
-    #[arg(long, value_name = "N", default_value_t = 30, requires = "faults")]
+    #[arg(long, value_name = "N", default_value_t = 60, requires = "faults")]
     captures: usize,
     /// Seed of the captures
     #[arg(long, value_name = "N", default_value_t = 1, requires = "faults")]

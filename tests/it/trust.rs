@@ -8,7 +8,8 @@ use std::{
 
 use image::{DynamicImage, imageops::FilterType};
 use straightedge::calib::{
-    diagnose::{self, Level, sources::Sources},
+    diagnose::{self, Finding, Level, sources::Sources},
+    influence::Role,
     report::Report,
 };
 
@@ -82,18 +83,68 @@ fn pictures_that_do_not_belong_head_the_findings() {
         (zoomed, "left20 has another zoom"),
         (foreign, "left20 is from another camera"),
     ] {
-        let folder = tempfile::tempdir().unwrap();
-        let mut list = Vec::new();
-        for own in pictures(&left) {
-            list.push(folder.path().join(own.file_name().unwrap()));
-            fs::copy(&own, list.last().unwrap()).unwrap();
-        }
-        list.push(folder.path().join("left20.jpg"));
-        save(&picture, list.last().unwrap(), 95);
-        let findings = diagnose::findings(&report(&list));
+        let findings = diagnose::findings(&with_another(&left, |path| save(&picture, path, 95)));
         let first = &findings[0];
         assert!(first.title == title && first.level == Level::Warn, "{title}: {findings:#?}");
     }
+}
+
+/// The report of a folder and one more picture, `left20.jpg`.
+fn with_another(folder: &Path, write: impl Fn(&Path)) -> Report {
+    let together = tempfile::tempdir().unwrap();
+    let mut list = Vec::new();
+    for own in pictures(folder) {
+        list.push(together.path().join(own.file_name().unwrap()));
+        fs::copy(&own, list.last().unwrap()).unwrap();
+    }
+    list.push(together.path().join("left20.jpg"));
+    write(list.last().unwrap());
+    report(&list)
+}
+
+/// Two cameras that are nearly alike. A picture of the other one is named as that, or as one that pulls the camera away, or it moves the
+/// projection by less than three times its uncertainty.
+#[test]
+fn pictures_of_the_twin_camera_are_named_or_harmless() {
+    let (Some(left), Some(right)) = (data("opencv_left"), data("opencv_right")) else { return };
+    let mut named = 0;
+    for picture in pictures(&right) {
+        let report = with_another(&left, |path| {
+            fs::copy(&picture, path).unwrap();
+        });
+        let sources = sources(&report);
+        let position = report.frames.iter().position(|f| f.stem() == "left20").unwrap();
+        let name = picture.file_stem().unwrap().to_string_lossy().into_owned();
+        let outsiders: Vec<_> = sources
+            .faults
+            .iter()
+            .filter(|f| {
+                f.found
+                    && ["foreign_picture", "zoomed_picture", "mirrored_picture"].contains(&f.code.as_str())
+            })
+            .collect();
+        assert!(outsiders.iter().all(|f| f.frames == [position]), "{name}: {outsiders:#?}");
+        let influence = report.frames[position].influence.unwrap();
+        println!(
+            "{name}: {}; moves the map by {:.2} px, {:.1} times as far as chance; σ {:.2} px",
+            if outsiders.is_empty() { "not named" } else { "named" },
+            influence.moves_px,
+            influence.moves_px / influence.by_chance_px,
+            sources.map_px
+        );
+        let findings = diagnose::findings(&report);
+        if !outsiders.is_empty() {
+            let first = &findings[0];
+            assert!(first.level == Level::Warn && first.title.contains("left20"), "{name}: {first:?}");
+            named += 1;
+        } else if influence.role == Role::Harmful {
+            let pulls = |f: &Finding| f.code == "harmful_picture" && f.title.contains("left20");
+            assert!(findings.iter().any(pulls), "{name}: {findings:#?}");
+        } else {
+            assert!(influence.moves_px < 3.0 * sources.map_px, "{name}: {influence:?}");
+        }
+    }
+    assert!(named >= 6, "{named} of 13");
 }
 
 fn save(picture: &DynamicImage, path: &Path, quality: u8) {

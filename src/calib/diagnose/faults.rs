@@ -11,8 +11,8 @@
 //!
 //! which is Chernoff's bound on the tail of χ², corrected for all that was tried (Bonferroni). The noise is what is left *with* the
 //! hypothesis, and as smooth displacements see it: corners of one picture err alike, and then everything smooth is more likely than
-//! white noise says. A fault must also move the projection map, or it is not worth a word. The most surprising hypothesis is taken
-//! in, and the others are tried again beside it.
+//! white noise says. The most likely hypothesis is taken in, and the others are tried again beside it. A fault must also move the
+//! projection map, or it is not worth a word, though it is taken in like the others: what it explains would hide them.
 //!
 //! The score test: C. R. Rao, "Large sample tests of statistical hypotheses", Proc. Camb. Phil. Soc. 44, 1948.
 
@@ -22,6 +22,7 @@ mod lens;
 pub(super) mod linear;
 mod motion;
 mod outsider;
+mod when;
 mod zoom;
 
 use nalgebra::Vector2;
@@ -33,6 +34,7 @@ use crate::calib::{
 };
 use column::Column;
 use linear::{At, Fit, Fixed, Linear, Term};
+use when::When;
 
 /// A hypothesis and what the pictures say about it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -71,7 +73,7 @@ const NOTABLE: f64 = 0.3;
 const NOTABLE_PX: f64 = 0.003;
 /// Fall of the squares, in units of the noise, that a hypothesis must bring for each of its unknowns to be preferred to another.
 const PENALTY: f64 = 2.5;
-/// Share of the fall that counts, to be preferred, of a hypothesis with unknowns for each picture.
+/// Share of the fall that counts, to be preferred, of a hypothesis with two unknowns for each picture: they explain a part of anything.
 const OF_EACH: f64 = 0.8;
 /// Gain for each of its unknowns from which such a hypothesis is believed.
 const OF_EACH_GAIN: f64 = 3.0;
@@ -134,6 +136,7 @@ pub(super) struct Capture<'a> {
     pub(super) map: Map,
     /// Scatter of the map, px.
     pub(super) sigma_px: f64,
+    when: When,
 }
 
 /// The best alternative of a hypothesis.
@@ -164,19 +167,16 @@ impl Best {
         surprise(self.gain(), self.unknowns) - 2.0 * ((self.alternatives * HYPOTHESES.len()) as f64).ln()
     }
 
-    /// Whether it has unknowns of its own for each picture.
+    /// Whether it has two unknowns for each picture. (A focal length for each is not so easily satisfied: a board that bends displaces its
+    /// corners by squares of their places, as a shift behind the lens does, and not in proportion to them.)
     fn is_of_each(&self) -> bool {
         let views = self.terms.first().map_or(0, |t| t.factors.len());
-        self.alternatives == 1
-            && self.views.is_empty()
-            && self.terms.iter().any(|t| t.is_alone())
-            && self.terms.len() + 1 >= views
+        self.views.is_empty() && self.terms.iter().all(Term::is_alone) && self.terms.len() + 2 >= 2 * views
     }
 
     /// To compare hypotheses that all are beyond chance: the fall for the same noise, less for each unknown (H. Akaike, 1974, who takes
     /// 2; which alternative it is counts as one).
     fn rank(&self, noise: f64) -> f64 {
-        // What may be different in each picture explains a part of anything.
         let own = if self.is_of_each() { OF_EACH } else { 1.0 };
         own * self.fall / noise - PENALTY * (self.unknowns + usize::from(self.alternatives > 1)) as f64
     }
@@ -191,7 +191,8 @@ impl<'a> Capture<'a> {
         let fixed = Fixed::new(calibration, target)?;
         let map = Map::new(calibration, target, &fixed.slots)?;
         let sigma_px = map.scatters(&calibration.covariance)?;
-        Some(Self { report, calibration, target, fixed, map, sigma_px })
+        let when = When::new(report, calibration);
+        Some(Self { report, calibration, target, fixed, map, sigma_px, when })
     }
 
     fn views(&self) -> usize {
@@ -218,10 +219,9 @@ impl<'a> Capture<'a> {
         Term { column, factors }
     }
 
-    /// A term that grows by 1 in all from the first picture to the last, which has the camera's own value: that of today.
+    /// A term that grows with time by 1 in all, from the first picture to the last, which has the camera's own value: that of today.
     fn growing(&self, column: Column) -> Term {
-        let last = (self.views() - 1).max(1) as f64;
-        Term { column, factors: (0..self.views()).map(|i| i as f64 / last - 1.0).collect() }
+        Term { column, factors: self.when.at.clone() }
     }
 
     /// The name of the picture of a view.
@@ -296,7 +296,8 @@ impl<'a> Capture<'a> {
             linear = Linear::new(&self.fixed, &at, &terms)?;
             fit = linear.fit(&terms)?;
         }
-        if fit.left < best.fit.left || known.left - fit.left > 0.5 * best.fall {
+        // What explains leaves less noise; where the steps ran away it is more.
+        if fit.noise < known.noise && known.left - fit.left > 0.5 * best.fall {
             best.fall = known.left - fit.left;
             best.theta =
                 at.theta[base.len()..].iter().zip(&fit.theta[base.len()..]).map(|(a, b)| a + b).collect();
@@ -305,12 +306,14 @@ impl<'a> Capture<'a> {
         Some(())
     }
 
-    /// Whether what is beyond chance is also large enough to be believed, and to matter.
+    /// Whether what is beyond chance is large enough to be believed: boards that give way, each in its own manner, look a little like
+    /// anything that may differ from picture to picture.
     fn is_believed(&self, best: &Best) -> bool {
-        // Boards that give way, each in its own manner, look a little like anything that may differ from picture to picture.
-        if best.is_of_each() && best.gain() < OF_EACH_GAIN * best.unknowns as f64 {
-            return false;
-        }
+        !best.is_of_each() || best.gain() >= OF_EACH_GAIN * best.unknowns as f64
+    }
+
+    /// Whether it moves the projection by more than nobody notices.
+    fn matters(&self, best: &Best) -> bool {
         best.moved_px > (NOTABLE * self.sigma_px).max(NOTABLE_PX)
     }
 
@@ -357,7 +360,7 @@ fn fitted(capture: &Capture<'_>) -> Option<Vec<Fault>> {
             rest.filter_map(|h| Some((h, capture.best(&linear, h, &base, &known)?))).collect();
         let mut likely: Vec<usize> =
             (0..tried.len()).filter(|k| tried[*k].1.surprise() > SURPRISING).collect();
-        if list.len() == MOST {
+        if list.iter().filter(|f| f.found).count() == MOST {
             likely.clear();
         }
         for k in &likely {
@@ -368,11 +371,14 @@ fn fitted(capture: &Capture<'_>) -> Option<Vec<Fault>> {
         // The best explanation must be believed: the next best would be a wrong one.
         let best = likely.into_iter().max_by(|a, b| rank(a).total_cmp(&rank(b)));
         let Some(next) = best.filter(|k| capture.is_believed(&tried[*k].1)) else {
-            list.extend(tried.iter().map(|(h, best)| capture.fault(h, best, false)));
-            return Some(list);
+            let (mut all, quiet): (Vec<Fault>, Vec<Fault>) = list.into_iter().partition(|f| f.found);
+            all.extend(quiet);
+            all.extend(tried.iter().map(|(h, best)| capture.fault(h, best, false)));
+            return Some(all);
         };
+        // What does not matter is there nevertheless, and would hide what does.
         let (hypothesis, best) = tried.swap_remove(next);
-        list.push(capture.fault(hypothesis, &best, true));
+        list.push(capture.fault(hypothesis, &best, capture.matters(&best)));
         base.extend(best.terms);
     }
 }

@@ -15,11 +15,15 @@ pub(super) const CENTRE_DRIFT: Hypothesis = Hypothesis {
         }
         Alternative::of_all(CENTRE.map(|c| capture.growing(c)).to_vec())
     },
-    words: |_, best| {
+    words: |capture, best| {
         let value = best.theta.iter().fold(0.0f64, |sum, v| sum.hypot(*v));
         Words {
             title: "The principal point drifted".to_owned(),
-            size: format!("by {} from the first picture to the last", size(value, "px")),
+            size: format!(
+                "by {} from the first picture to the last, {}",
+                size(value, "px"),
+                capture.when.words()
+            ),
             value,
             unit: "px".to_owned(),
         }

@@ -117,13 +117,12 @@ fn kind(capture: &Capture<'_>, frame: &FrameReport) -> (Kind, f64, f64) {
     let error =
         |corners: &[Corner]| pose_of(camera, capture.target, corners).map_or(f64::INFINITY, |(_, r)| rms(&r));
     let plain = error(&frame.corners);
-    if let Some(mirrored) = mirrored(&frame.corners, camera, capture.target)
-        && fits(error(&mirrored))
-        && !fits(plain)
-    {
+    let (zoom, zoomed) = zoomed(capture, frame).unwrap_or((1.0, f64::INFINITY));
+    // Of a board seen nearly frontally the mirror image is not much worse than another zoom is.
+    let mirrored = mirrored(&frame.corners, camera, capture.target).map_or(f64::INFINITY, |c| error(&c));
+    if fits(mirrored) && mirrored < zoomed && !fits(plain) {
         return (Kind::Mirrored, plain, 1.0);
     }
-    let (zoom, zoomed) = zoomed(capture, frame).unwrap_or((1.0, f64::INFINITY));
     if fits(zoomed) { (Kind::Zoomed, plain, zoom) } else { (Kind::Foreign, plain, zoom) }
 }
 

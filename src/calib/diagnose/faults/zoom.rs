@@ -36,8 +36,10 @@ pub(super) const STEP: Hypothesis = Hypothesis {
     alternatives: |capture| {
         let n = capture.views();
         let step = |k: usize| {
-            let factors = (0..n).map(|i| if i < k { -1.0 } else { 0.0 }).collect();
-            Alternative { terms: vec![Term { column: Column::Focal, factors }], views: (k..n).collect() }
+            let [before, after] = [&capture.when.order[..k], &capture.when.order[k..]];
+            let mut factors = vec![0.0; n];
+            before.iter().for_each(|i| factors[*i] = -1.0);
+            Alternative { terms: vec![Term { column: Column::Focal, factors }], views: after.to_vec() }
         };
         (APART..(n + 1).saturating_sub(APART)).map(step).collect()
     },
@@ -46,7 +48,7 @@ pub(super) const STEP: Hypothesis = Hypothesis {
         let name = capture.name(best.views[0]);
         words(
             format!("Zoom or focus changed before {name}"),
-            format!("a focal length {size} from there on"),
+            format!("a focal length {size} from there on, {}", capture.when.words()),
             value,
         )
     },
@@ -61,11 +63,11 @@ pub(super) const DRIFT: Hypothesis = Hypothesis {
         }
         Alternative::of_all(vec![capture.growing(Column::Focal)])
     },
-    words: |_, best| {
+    words: |capture, best| {
         let (size, value) = percent(best.theta[0]);
         words(
             "The focal length drifted".to_owned(),
-            format!("{size} at the last picture than at the first"),
+            format!("{size} at the last picture than at the first, {}", capture.when.words()),
             value,
         )
     },

@@ -126,20 +126,17 @@ impl Capture {
         }
     }
 
-    /// What is named first in the pictures with a fault as strong as moves the map by `times` its uncertainty; the fault itself only where
-    /// its picture is right. Empty for nothing, `None` where the capture cannot be calibrated.
-    pub(super) fn named(&self, planted: Option<&Planted>, times: f64) -> Option<String> {
-        let strength = match planted {
-            Some(planted) => Some(self.strength(planted, times)?),
-            None => None,
-        };
-        let problem = self.problem(strength.as_ref(), true);
+    /// What is named first in the pictures with a fault; the fault itself only where its picture is right. Empty for nothing, `None` where
+    /// the capture cannot be calibrated.
+    pub(super) fn named(&self, fault: Option<(&Planted, &Strength)>) -> Option<String> {
+        let (planted, strength) = fault.unzip();
+        let problem = self.problem(strength, true);
         let calibration = solved(&problem)?;
         let report = self.report(&problem, &calibration);
         let all = faults::of_calibration(&report, &calibration, &self.target);
         let first = all.into_iter().find(|f| f.found);
         Some(first.map_or_else(String::new, |fault| {
-            let about = strength.as_ref().and_then(Strength::picture);
+            let about = strength.and_then(Strength::picture);
             match about {
                 Some(view)
                     if planted.is_some_and(|p| p.code == fault.code) && !fault.frames.contains(&view) =>
@@ -163,8 +160,8 @@ impl Capture {
         report
     }
 
-    /// The fault, as strong as moves the map by `times` its uncertainty without noise.
-    fn strength(&self, planted: &Planted, times: f64) -> Option<Strength> {
+    /// The fault, as strong as moves the map by `times` its uncertainty without noise; `None` where it does not at its largest.
+    pub(super) fn strength(&self, planted: &Planted, times: f64) -> Option<Strength> {
         let clean = solved(&self.problem(None, true))?;
         let map = faults::MapOf::new(&clean, &self.target)?;
         let mut value = planted.least;
@@ -176,7 +173,7 @@ impl Capture {
             let moved = map.between(&tried.true_camera(&self.truth), &solved(&problem)?.camera)?;
             value = (value * times * map.sigma_px() / moved.max(1e-9)).min(planted.most);
         }
-        Some(planted.drawn(self.seed, value))
+        (value < planted.most).then(|| planted.drawn(self.seed, value))
     }
 }
 
