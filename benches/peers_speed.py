@@ -2,7 +2,7 @@
 """CPU time beside OpenCV on the same inputs in the same run, one thread each; rewrites docs/speed.md.
 
     pip install opencv-python-headless numpy
-    python3 benches/peers_speed.py [calibrate] [undistort] [detect] [job]      without a word: all, and the page is written
+    python3 benches/peers_speed.py [calibrate] [undistort] [detect] [job] [window]      without a word: all, and the page is written
 
 Run it from the repository's root on a machine that does nothing else. Photographs come from the folder named by
 STRAIGHTEDGE_DATA (default ../shared/data); what needs them is left out where it is absent. Each figure is the least of several
@@ -12,6 +12,7 @@ import json
 import os
 import pathlib
 import platform
+import re
 import resource
 import subprocess
 import sys
@@ -254,6 +255,18 @@ def job(_):
                      ["OpenCV, whole process", ms(min(t for _, t in peers)), used, f"{float(rms):.3f}"]]))
 
 
+def window(_):
+    command = ["taskset", "-c", "0", "cargo", "bench", "--locked", "--quiet", "--bench", "window", "--", "toggle"]
+    lines = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
+    numbers = [re.findall(r"[0-9.]*[0-9]", line) for line in lines if line.startswith("toggle")]
+    return ("## Window\n\n`taskset -c 0 cargo bench --bench window -- toggle`: a picture of 54 corners is set aside or taken back, on one core. Wall time in ms "
+            "from the click until the frame is drawn (without the graphics card) that shows the new camera with its σ map, and the one that shows the new "
+            "influence of every picture; required are 50 ms with 50 pictures. In brackets CPU time of the process.\n\n"
+            + table(["pictures", "camera and σ map", "influence"],
+                    [[n, f"{map_ms} ({map_cpu})", f"{influence_ms} ({influence_cpu})"]
+                     for n, map_ms, map_cpu, _, influence_ms, influence_cpu, _ in numbers]))
+
+
 def machine():
     model = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), platform.machine())
     rust = subprocess.run(["rustc", "--version"], stdout=subprocess.PIPE, text=True).stdout.split()[1]
@@ -265,7 +278,7 @@ def main():
     cv2.setNumThreads(1)
     if sys.argv[1:2] == ["memory"]:
         return memory_of_opencv(sys.argv[2])
-    stages = {"calibrate": calibrate, "undistort": undistort, "detect": detect, "job": job}
+    stages = {"calibrate": calibrate, "undistort": undistort, "detect": detect, "job": job, "window": window}
     chosen = sys.argv[1:] or list(stages)
     page = ("# Speed beside OpenCV\n\nMade by `python3 benches/peers_speed.py`; do not edit. One thread each, least CPU time of several calls, same inputs "
             "in the same run. *Ratio* = OpenCV's time / Straightedge's: above 1 Straightedge is faster.\n\n" + f"{machine()}.\n")

@@ -252,11 +252,12 @@ impl State {
             Some(kind @ (plan::Kind::Weigh | plan::Kind::Sources)) => self.grown(kind, key, result),
             Some(plan::Kind::Advise) => {
                 // Where it fails it is not asked for again: the camera stands without it.
-                let goal = self.doc.goal;
-                self.data.advice = Some(match result {
-                    Ok(Output::Advice(advice)) => (key, *advice),
-                    _ => (key, Advice::first(goal)),
-                });
+                let advice = match result {
+                    Ok(Output::Advice(advice)) => *advice,
+                    Ok(_) => return,
+                    Err(error) => Advice::failed(self.doc.goal, &error),
+                };
+                self.data.advice = Some((key, advice));
             }
             Some(plan::Kind::Twin) => {
                 let outcome = match result {

@@ -148,7 +148,7 @@ pub struct Asked {
 /// What is wanted now.
 #[derive(Debug, Default)]
 pub struct Plan {
-    /// Someone waits for these: before all others.
+    /// Someone waits for these: before all others, the last of them first.
     pub first: Vec<Request>,
     /// In this order.
     pub then: Vec<Request>,
@@ -161,6 +161,7 @@ impl State {
         let mut plan = Plan::default();
         plan.first.extend(self.look());
         plan.first.extend(self.straight());
+        plan.first.extend(self.weighing());
         if !solving {
             plan.first.extend(self.evidence());
         }
@@ -185,7 +186,7 @@ impl State {
             job: Job::Thumbnail { source: frame.source.clone(), longest_px: THUMBNAIL_PX },
         }));
         plan.then.extend(self.advising());
-        plan.then.extend(self.weighing());
+        plan.then.extend(self.sourcing());
         plan.then.extend(self.comparison());
         plan.then.extend(self.twin());
         if self.screen.lab == Some(lab::Part::Ablation) {
@@ -256,27 +257,29 @@ impl State {
 }
 
 impl State {
-    /// The camera shown is weighed, then asked what may be wrong, once it is complete and no other is wanted.
+    /// The camera that is shown, once it is complete and no other is wanted.
+    fn settled(&self) -> Option<&Answer> {
+        let (answer, _) = self.data.solved().filter(|(a, _)| a.complete)?;
+        (evidence_key(self) == Some(answer.key)).then_some(answer)
+    }
+
+    /// The camera shown is weighed: the words of the pictures are part of what an edit brings.
     fn weighing(&self) -> Option<Request> {
-        let known = |a: &Answer| a.weighed && (a.sourced || !SOURCES);
-        let (answer, _) = self.data.solved().filter(|(a, _)| a.complete && !known(a))?;
-        if evidence_key(self) != Some(answer.key) {
-            return None;
-        }
+        let answer = self.settled().filter(|a| !a.weighed)?;
         let evidence = Box::new(answer.evidence.clone());
-        Some(if answer.weighed {
-            Request { key: Kind::Sources.key(answer.key.0), job: Job::Sources(evidence) }
-        } else {
-            Request { key: Kind::Weigh.key(answer.key.0), job: Job::Weigh(evidence) }
-        })
+        Some(Request { key: Kind::Weigh.key(answer.key.0), job: Job::Weigh(evidence) })
+    }
+
+    /// Then it is asked what may be wrong.
+    fn sourcing(&self) -> Option<Request> {
+        let answer = self.settled().filter(|a| a.weighed && !a.sourced && SOURCES)?;
+        let evidence = Box::new(answer.evidence.clone());
+        Some(Request { key: Kind::Sources.key(answer.key.0), job: Job::Sources(evidence) })
     }
 
     /// Advice is for the camera shown, once it is complete and no other is wanted.
     fn advising(&self) -> Option<Request> {
-        let (answer, _) = self.data.solved().filter(|(a, _)| a.complete)?;
-        if evidence_key(self) != Some(answer.key) {
-            return None;
-        }
+        let answer = self.settled()?;
         let goal = self.doc.goal;
         let mut hash = SipHasher13::new();
         (answer.key.0, goal.to_string()).hash(&mut hash);

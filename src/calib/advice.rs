@@ -25,10 +25,13 @@ mod words;
 
 pub use goal::{Figure, Goal, Tolerance};
 
+use std::iter::repeat;
+
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{
+    Error,
     camera::Camera,
     diagnose::UNSURE_FOCAL,
     number::significant,
@@ -151,6 +154,12 @@ impl Advice {
         advice
     }
 
+    /// Where planning failed: the reason takes the place of the promise.
+    pub fn failed(goal: Goal, error: &Error) -> Self {
+        let sentence = "What to photograph next could not be planned.".to_owned();
+        Self { sentence, promise: error.to_string(), ..Self::first(goal) }
+    }
+
     /// The goal in words: `±1.0 px in the worst corner`.
     pub fn goal_words(&self) -> String {
         let size = match (self.goal.tolerance, self.goal_px) {
@@ -186,7 +195,7 @@ pub fn expected(
     if points.len() < 4 {
         return None;
     }
-    let seen = scatter.seen(camera, &points, usual_weight(calibration))?;
+    let seen = scatter.seen(camera, &points, &mut repeat(usual_weight(calibration)))?;
     let with = scatter.with(&seen)?;
     Some((with.over(camera, range), with.sigma_of(0)))
 }
@@ -239,7 +248,7 @@ pub fn best_of(
     let search = Search::new(&scatter, &calibration.camera, usual_weight(calibration), goal, range);
     let lack = |pose: &Pose| {
         let points = target.points_in_board().iter().map(|p| pose.apply(p).coords).collect::<Vec<_>>();
-        let seen = scatter.seen(&calibration.camera, &points, search.weight)?;
+        let seen = scatter.seen(&calibration.camera, &points, &mut repeat(search.weight))?;
         Some(search.lack(&scatter.with(&seen)?))
     };
     let all = poses.iter().enumerate().filter_map(|(i, pose)| Some((lack(pose)?, i)));
@@ -347,7 +356,7 @@ impl<'a> Search<'a> {
         let some = (0..n).filter_map(|i| points.get((2 * i + 1) * points.len() / (2 * n)));
         let in_camera: Vec<Vector3<f64>> = some.map(|p| pose.apply(p).coords).collect();
         let weight = self.weight * points.len() as f64 / n as f64;
-        Some(Candidate { hold, pose, seen: self.scatter.seen(self.camera, &in_camera, weight)? })
+        Some(Candidate { hold, pose, seen: self.scatter.seen(self.camera, &in_camera, &mut repeat(weight))? })
     }
 
     fn plan(&self, studio: &Studio<'_>, advice: &mut Advice, target: &Target, unit: Unit) {

@@ -178,6 +178,11 @@ fn of_picture(a: &FrameReport, b: &FrameReport, poses: &mut Part, residuals: &mu
     let list = |v: Option<[f64; 3]>| v.map_or(Vec::new(), |v| v.to_vec());
     poses.list(field("rvec_rad"), &list(a.rvec_rad), &list(b.rvec_rad));
     poses.list(field("tvec"), &list(a.tvec), &list(b.tvec));
+    // Files of older versions have none.
+    if let (Some(a), Some(b)) = (&a.pose_covariance, &b.pose_covariance) {
+        poses.list(field("pose_covariance"), a.pose.as_flattened(), b.pose.as_flattened());
+        poses.list(field("pose_covariance with the camera"), &a.camera.concat(), &b.camera.concat());
+    }
     residuals.list(field("residuals_px"), &a.residuals_px.concat(), &b.residuals_px.concat());
     let figures = |f: &FrameReport| {
         let some = [f.rms_px, f.max_px, f.tilt_rad, f.roll_rad, f.distance].map(|v| v.unwrap_or(f64::NAN));

@@ -13,7 +13,7 @@
 //! The sum δᵀWδ is, by chance, a sum of χ² with weights λ (the eigenvalues of its covariance), of which mean and variance give its
 //! distribution (F. E. Satterthwaite, "An approximate distribution of estimates of variance components", 1946).
 //!
-//! σ is that of corner noise: a lens that its model does not describe differs by more, and so do two calibrations with it.
+//! A residual map is part of the camera that it corrects, and counts as exact. σ is that of corner noise: a lens that its model does not describe differs by more, and so do two calibrations with it.
 
 mod chance;
 pub mod date;
@@ -25,7 +25,10 @@ mod validity;
 use nalgebra::{DMatrix, Vector2};
 use serde::Serialize;
 
-use super::{Error, Result, camera::Camera, figure::Grid, format::CameraFile, influence::displacement};
+use super::{
+    Error, Result, camera::Camera, figure::Grid, format::CameraFile, influence::displacement_with,
+    report::Solution, residual::Field,
+};
 pub use chance::{Chance, UNLIKELY};
 pub use page::{figures, page};
 pub use series::{Entry, Member, Series};
@@ -42,11 +45,32 @@ pub struct Side {
     pub camera: Camera,
     /// Covariance of all its parameters in the model's order, zero where fixed; `None` where it is not known.
     pub covariance: Option<DMatrix<f64>>,
+    /// What its residual map adds; `None` where it has none. It counts as exact.
+    pub residual: Option<Field>,
+}
+
+impl Side {
+    /// Of a solution.
+    pub fn of(solution: &Solution) -> Self {
+        Self {
+            camera: solution.camera.clone(),
+            covariance: Some(solution.covariance.clone()),
+            residual: solution.residual_map.as_ref().and_then(|map| map.field.clone()),
+        }
+    }
+
+    fn seen(&self) -> (&Camera, Option<&Field>) {
+        (&self.camera, self.residual.as_ref())
+    }
 }
 
 impl From<&CameraFile> for Side {
     fn from(file: &CameraFile) -> Self {
-        Self { camera: file.camera.clone(), covariance: file.evidence.covariance_of_all(&file.camera) }
+        Self {
+            camera: file.camera.clone(),
+            covariance: file.evidence.covariance_of_all(&file.camera),
+            residual: file.evidence.residual.clone(),
+        }
     }
 }
 
@@ -175,7 +199,7 @@ pub fn compare(a: &Side, b: &Side) -> Result<Comparison> {
         weights = first.weights();
         spread = Spread::new(a, b, &pixels, &weights);
     }
-    let moved = displacement(&a.camera, &b.camera, &pixels, &weights);
+    let moved = displacement_with([a.seen(), b.seen()], &pixels, &weights);
     let lengths = || moved.iter().map(|d| d.map(|d| d.norm()));
     if lengths().take(inside).flatten().next().is_none() {
         return Err(Error::Degenerate(

@@ -20,7 +20,7 @@ use super::{
     advice::Advice,
     calibrate::{self, Fix, Loss, Options, Precision, Weights},
     camera::{Camera, Model},
-    detect::Refinement,
+    detect::{Light, Refinement},
     diagnose::sources::Sources,
     figure::Bar,
     influence::Influence,
@@ -33,7 +33,7 @@ use super::{
     solution::{ClosedForm, Iteration, Starts, Termination, Warning},
     stats::{Comparison, Coverage, ErrorStats, Trend},
     target::{BoardSize, Target, Unit},
-    uncertainty::Uncertainty,
+    uncertainty::{PoseCovariance, Uncertainty},
 };
 
 /// Everything that is known after a run, with or without a calibration.
@@ -360,6 +360,9 @@ pub struct FrameReport {
     /// What reading it told: wrong extension, first frame of an animation, …
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
+    /// How the board was lit and sharp; absent where its corners are no checkerboard's, or from a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub light: Option<Light>,
     /// Corners, ascending by index.
     #[serde(with = "wire::corners")]
     pub corners: Vec<Corner>,
@@ -375,6 +378,10 @@ pub struct FrameReport {
     pub rvec_rad: Option<[f64; 3]>,
     /// Translation of `camera_from_board`.
     pub tvec: Option<[f64; 3]>,
+    /// Covariance of both, and with the parameters of the camera; absent where the picture is one of several of a pose, and in files of
+    /// older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pose_covariance: Option<PoseCovariance>,
     /// Angle between the board's normal and the optical axis.
     pub tilt_rad: Option<f64>,
     /// Rotation of the board about the optical axis.
@@ -402,6 +409,7 @@ impl FrameReport {
             order_is_a_choice: false,
             taken: None,
             notes: Vec::new(),
+            light: None,
             corners: Vec::new(),
             residuals_px: Vec::new(),
             outliers: Vec::new(),
@@ -409,6 +417,7 @@ impl FrameReport {
             max_px: None,
             rvec_rad: None,
             tvec: None,
+            pose_covariance: None,
             tilt_rad: None,
             roll_rad: None,
             distance: None,

@@ -1,8 +1,8 @@
 //! The synthetic twin of a capture: the same boards before the same camera, drawn anew, so that the truth is known.
 //!
-//! Every picture is rendered at its pose ([`super::synth`]) with grey levels of an ordinary print and noise of its own, as much as makes
-//! the detector predict the same σ for its corners as in the photograph: that σ is what the inspection knows of noise, blur and contrast
-//! together. The real detector finds the corners, the real solver the camera, again and again with other noise. What a parameter is off
+//! Every picture is rendered at its pose ([`super::synth`]) with the grey levels and the blur that its own corners were found to have
+//! (`Light`; those of an ordinary print where they are not known), and with as much noise as makes the detector predict the same σ for its
+//! corners as in the photograph: shot noise and JPEG are in that σ, too. The real detector finds the corners, the real solver the camera, again and again with other noise. What a parameter is off
 //! on average is its bias, how it varies its scatter, and both stand beside the σ that was predicted: from pictures to the camera, not only
 //! from corners.
 //!
@@ -20,7 +20,7 @@ use nalgebra::Vector2;
 use super::{
     Error, Result,
     calibrate::{CameraSetup, Options, Problem},
-    detect::{self, detect},
+    detect::{self, Light, detect},
     image::Gray,
     observation::{Corner, FrameId, Observation},
     pose::Pose,
@@ -36,7 +36,7 @@ const LEVELS: Levels = Levels { black: 40, white: 215, background: 130 };
 const MARGIN: f64 = 1.0;
 /// Blur of a lens in focus with the pixels behind it, px.
 const BLUR_PX: f64 = 0.6;
-/// Noise that is tried first, grey levels, and what noise may be.
+/// Noise of a picture in ordinary light, grey levels: what is tried first. What noise may be.
 const NOISE: f64 = 4.0;
 const NOISES: [f64; 2] = [0.05, 60.0];
 /// How often the noise is adapted.
@@ -47,8 +47,27 @@ pub struct Twin {
     scene: Scene,
     options: Options,
     solution: Solution,
-    /// For each view the corners that were used, and the median of their predicted σ, px.
-    used: Vec<(Vec<u32>, f64)>,
+    views: Vec<View>,
+}
+
+/// A picture of the capture.
+struct View {
+    /// Indices of the corners that were used.
+    used: Vec<u32>,
+    /// Median of their predicted σ, px.
+    sigma_px: f64,
+    /// Where it is known.
+    light: Option<Light>,
+}
+
+impl View {
+    fn of(frame: &FrameReport) -> Self {
+        Self {
+            used: frame.corners.iter().map(|c| c.index).collect(),
+            sigma_px: median_sigma(&frame.corners),
+            light: frame.light,
+        }
+    }
 }
 
 /// What was seen of one picture.
@@ -99,12 +118,12 @@ impl Twin {
             multi_start: false,
             ..Options::default()
         };
-        Ok(Self { scene, options, solution, used: views.iter().map(|(f, _)| used(f)).collect() })
+        Ok(Self { scene, options, solution, views: views.iter().map(|(f, _)| View::of(f)).collect() })
     }
 
     /// Number of pictures.
     pub fn pictures(&self) -> usize {
-        self.used.len()
+        self.views.len()
     }
 
     /// Draws a picture `runs` times with other noise and finds its corners. `report` gets the share that is done, and may stop it.
@@ -117,16 +136,22 @@ impl Twin {
         runs: usize,
         report: &mut dyn FnMut(f32) -> ControlFlow<()>,
     ) -> Result<Seen> {
-        let light = Renderer::new(&self.scene)?.light(view)?;
-        let truth = self.scene.corners_px(view);
-        let (used, sigma_px) = self.used.get(view).ok_or(Error::Stopped)?;
+        let View { used, sigma_px, light: known } = self.views.get(view).ok_or(Error::Stopped)?;
+        let mut scene = self.scene.clone();
+        let mut noise = NOISE;
+        if let Some(known) = known {
+            scene.board.levels = levels(known);
+            scene.degrade.blur = known.blur_px;
+            noise = known.noise.clamp(NOISES[0], NOISES[1]);
+        }
+        let light = Renderer::new(&scene)?.light(view)?;
+        let truth = scene.corners_px(view);
         let look = |noise: f64, seed: u64| -> Result<Vec<Corner>> {
-            let scene = Scene { seed, poses: Vec::new(), ..self.scene.clone() };
-            let degrade = Degrade { noise, ..self.scene.degrade.clone() };
+            let scene = Scene { seed, poses: Vec::new(), ..scene.clone() };
+            let degrade = Degrade { noise, ..scene.degrade.clone() };
             let picture = degrade.apply(light.clone(), &scene, view)?;
             Ok(named(&detect(&Gray::U8(picture), &detect::Options::default()), &truth, used))
         };
-        let mut noise = NOISE;
         for round in 0..ROUNDS as u64 {
             let found = median_sigma(&look(noise, u64::MAX - round)?);
             if found > 0.0 && *sigma_px > 0.0 {
@@ -201,8 +226,11 @@ fn placed(frame: &FrameReport, pose: &Pose) -> ScenePose {
     }
 }
 
-fn used(frame: &FrameReport) -> (Vec<u32>, f64) {
-    (frame.corners.iter().map(|c| c.index).collect(), median_sigma(&frame.corners))
+/// Grey levels of a board in this light, and half way between them beside it.
+fn levels(light: &Light) -> Levels {
+    let level = |v: f64| v.round().clamp(0.0, 255.0) as u8;
+    let [black, white] = [light.black, light.white].map(level);
+    Levels { black, white, background: level(0.5 * (light.black + light.white)) }
 }
 
 /// 0 where there is none.

@@ -74,9 +74,6 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 pub(super) fn read(path: &Path) -> Result<CameraFile> {
     let file = files::camera(path)?;
     file.notes.iter().for_each(|note| say(&format!("note: {note}")));
-    if file.evidence.residual.is_some() {
-        say(&format!("note: {}: its residual map is left out of the comparison", path.display()));
-    }
     Ok(file)
 }
 
@@ -85,9 +82,10 @@ fn words(names: &[String; 2], read: [&CameraFile; 2], c: &Comparison) -> String 
     for ((which, name), file) in ["A", "B"].iter().zip(names).zip(read) {
         let [w, h] = file.camera.size_px;
         let sigma = if file.evidence.covariance.is_some() { "" } else { ", without σ" };
+        let map = if file.evidence.residual.is_some() { ", with its residual map" } else { "" };
         let _ = writeln!(
             out,
-            "{which}  {name} ({}, {}, {w} x {h} px{sigma})",
+            "{which}  {name} ({}, {}, {w} x {h} px{map}{sigma})",
             file.format,
             file.camera.spec().title
         );

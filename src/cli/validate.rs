@@ -55,6 +55,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         files::may_write(path, [args.camera.as_path()])?;
     }
     let file = read(&args.camera)?;
+    if file.evidence.residual.is_some() {
+        say("note: the residual map of the old camera is left out: new pictures are solved without one");
+    }
     let old = Side::from(&file);
     let name = args.camera.display().to_string();
     if old.covariance.is_none() {

@@ -41,7 +41,7 @@ pub use options::{Fix, Loss, Options, Precision, Weights, check_fixes, parse_fix
 pub use pose::pose_of;
 use prepare::Seen;
 use robust::Fitted;
-pub(crate) use robust::huber_px;
+pub(crate) use robust::{huber_of_squares_px, huber_px};
 
 /// A camera to be calibrated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

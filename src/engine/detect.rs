@@ -108,6 +108,22 @@ pub struct Detection {
     /// Whether another grid of fewer corners was seen, apart from this one.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub passed_over: bool,
+    /// How the board was lit and sharp.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub light: Option<Light>,
+}
+
+/// Light and sharpness of a board in a picture: medians over its corners, in grey levels of 8 bits.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Light {
+    /// Black squares.
+    pub black: f64,
+    /// White squares.
+    pub white: f64,
+    /// σ of the Gaussian blur of the edges, without the pixel, px.
+    pub blur_px: f64,
+    /// σ of what the fit of the corners leaves: noise, and what the fit does not know.
+    pub noise: f64,
 }
 
 /// Corners of a checkerboard on a grid of unknown size and place on the board.

@@ -2,7 +2,8 @@
 //!
 //! An error tells neither: of two pictures that fit equally well one can move the camera by ten times as much as the other. Each view is
 //! left out in turn and the others are refined from where they are, by a few Gauss–Newton steps, each with the threshold of the robust
-//! loss that agrees with the residuals: near enough to a solve of its own, in a fraction of its time.
+//! loss that agrees with the residuals: near enough to a solve of its own, in a fraction of its time. What it brings to certainty is its
+//! information at the camera of all pictures, taken from theirs ([`Scatter::without`]).
 //!
 //! Two cameras are compared by the pixel in which a direction appears. The boards do not tell how the camera is turned, so the
 //! rotation that brings the directions closest is no difference. Places count by their certainty 1/σ², or the extrapolated corners
@@ -15,24 +16,27 @@
 //! R. D. Cook, "Detection of influential observation in linear regression", Technometrics 19, 1977; the difference of maps after the
 //! implied rotation: D. Kogan, *mrcal*.
 
-use nalgebra::{DMatrix, Matrix2x3, Matrix3, Rotation3, Vector2, Vector3};
+use nalgebra::{Matrix2x3, Matrix3, Rotation3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 use super::{
-    calibrate::{Loss, huber_px},
+    calibrate::{Loss, huber_of_squares_px, huber_px},
     camera::Camera,
-    refine::{self, Free, Limits, State, block::Block},
+    refine::{self, Descent, Free, Limits, State, block::Block},
+    residual::Field,
     solution::Calibration,
     stats,
     target::Target,
-    uncertainty::{self, Range},
+    uncertainty::{Probe, Scatter, Seen},
 };
 
 /// Places in the picture at which cameras are compared, columns × rows.
 const GRID: [usize; 2] = [13, 10];
-/// Steps of a refinement without one view.
+/// Most steps of a refinement without one view.
 const STEPS: usize = 3;
+/// A step that is shorter than the first by this factor is the last.
+const SHORTER: f64 = 0.1;
 /// Harmful: it moves the camera by so many times what chance does.
 const BEYOND_CHANCE: f64 = 3.0;
 /// Precious: σ of the projection grows by so much without it.
@@ -103,12 +107,13 @@ pub fn of(
     errors.sort_by(f64::total_cmp);
     let usual = stats::quantile(&errors, 0.5);
     let mut list = Vec::with_capacity(set.blocks.len());
+    let mut others = Others::of(&set);
     for (i, view) in calibration.views.iter().enumerate() {
         if report(i as f32 / set.blocks.len() as f32).is_break() {
             return None;
         }
         let outlying = view.rms_px > (OUTLYING * usual).max(OUTLYING_PX);
-        list.push(set.without(i).and_then(|without| set.influence(&without, outlying)));
+        list.push(others.without(i).and_then(|camera| set.influence(i, &camera, outlying)));
     }
     Some(list)
 }
@@ -116,7 +121,8 @@ pub fn of(
 /// The camera of all other views, for each view; `None` as in [`of`].
 pub fn left_out(calibration: &Calibration, target: &Target, loss: Loss) -> Vec<Option<Camera>> {
     let set = Set::new(calibration, target, loss);
-    (0..calibration.views.len()).map(|i| Some(set.as_ref()?.without(i)?.camera)).collect()
+    let mut others = set.as_ref().map(Others::of);
+    (0..calibration.views.len()).map(|i| others.as_mut()?.without(i)).collect()
 }
 
 /// Displacement of each pixel of `from` when its direction is seen by `to`, after the rotation between the two that makes the sum of
@@ -127,9 +133,43 @@ pub fn displacement(
     pixels: &[Vector2<f64>],
     weights: &[f64],
 ) -> Vec<Option<Vector2<f64>>> {
-    let rays: Vec<Option<Vector3<f64>>> = pixels.iter().map(|p| from.unproject(p)).collect();
+    displacement_with([(from, None), (to, None)], pixels, weights)
+}
+
+/// As [`displacement`] from the first to the second of two cameras, each with what its residual map adds. A map is so flat that its slope
+/// is no part of the derivatives.
+pub fn displacement_with(
+    [(from, from_field), (to, to_field)]: [(&Camera, Option<&Field>); 2],
+    pixels: &[Vector2<f64>],
+    weights: &[f64],
+) -> Vec<Option<Vector2<f64>>> {
+    displaced(&rays(from, from_field, pixels), (to, to_field), pixels, weights)
+}
+
+/// What the camera sees in pixels; `None` where it sees nothing.
+fn rays(from: &Camera, field: Option<&Field>, pixels: &[Vector2<f64>]) -> Vec<Option<Vector3<f64>>> {
+    let ray = |px: &Vector2<f64>| match field {
+        Some(field) => from.unproject(&field.modelled(px)?),
+        None => from.unproject(px),
+    };
+    pixels.iter().map(ray).collect()
+}
+
+/// [`displacement`] of pixels whose rays are known.
+fn displaced(
+    rays: &[Option<Vector3<f64>>],
+    (to, field): (&Camera, Option<&Field>),
+    pixels: &[Vector2<f64>],
+    weights: &[f64],
+) -> Vec<Option<Vector2<f64>>> {
     let mut rotation = Rotation3::identity();
-    let seen = |rotation: &Rotation3<f64>, k: usize| (to.spec().project)(&to.params, &(rotation * rays[k]?));
+    let seen = |rotation: &Rotation3<f64>, k: usize| {
+        let mut there = (to.spec().project)(&to.params, &(rotation * rays[k]?))?;
+        if let Some(field) = field {
+            there.px = field.seen(&there.px);
+        }
+        Some(there)
+    };
     for _ in 0..5 {
         let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
         for (k, px) in pixels.iter().enumerate() {
@@ -140,7 +180,8 @@ pub fn displacement(
         }
         let Some(step) = normal.cholesky().map(|c| c.solve(&right)) else { break };
         rotation = Rotation3::from_scaled_axis(step) * rotation;
-        if step.norm() < 1e-12 {
+        // The next one would be its square.
+        if step.norm() < 1e-8 {
             break;
         }
     }
@@ -154,8 +195,12 @@ struct Set<'a> {
     loss: Loss,
     free: Free,
     blocks: Vec<Block>,
+    scatter: Scatter,
     pixels: Vec<Vector2<f64>>,
-    /// Variance at each pixel, px².
+    /// What the camera sees in them.
+    rays: Vec<Option<Vector3<f64>>>,
+    probes: Vec<Option<Probe>>,
+    /// Variance at each pixel, px²; infinite where there is no answer.
     variances: Vec<f64>,
     /// 1/variance; 0 where there is none.
     weights: Vec<f64>,
@@ -165,101 +210,50 @@ impl<'a> Set<'a> {
     fn new(calibration: &'a Calibration, target: &'a Target, loss: Loss) -> Option<Self> {
         let blocks: Option<Vec<Block>> =
             (0..calibration.views.len()).map(|i| block(calibration, target, i)).collect();
-        let [w, h] = calibration.camera.size_px.map(f64::from);
+        let mut blocks = blocks?;
+        if loss == Loss::Huber {
+            without_robust_factors(calibration, &mut blocks);
+        }
+        let free = Free::of(calibration);
+        let scatter = scatter(calibration, target, &free, &blocks)?;
+        let camera = &calibration.camera;
+        let [w, h] = camera.size_px.map(f64::from);
         let middle = |i: usize, cells: usize, n: f64| (i as f64 + 0.5) / cells as f64 * n - 0.5;
         let pixels: Vec<Vector2<f64>> = (0..GRID[1])
             .flat_map(|j| {
                 (0..GRID[0]).map(move |i| Vector2::new(middle(i, GRID[0], w), middle(j, GRID[1], h)))
             })
             .collect();
-        let mut set = Self {
+        let probes: Vec<Option<Probe>> = pixels.iter().map(|px| scatter.probe(camera, px, None)).collect();
+        let variances = variances(&scatter, &probes);
+        let weights = variances.iter().map(|v| if *v > 0.0 { v.recip() } else { 0.0 }).collect();
+        let rays = rays(camera, None, &pixels);
+        Some(Self {
             calibration,
             target,
             loss,
-            free: Free::of(calibration),
-            blocks: blocks?,
+            free,
+            blocks,
+            scatter,
             pixels,
-            variances: Vec::new(),
-            weights: Vec::new(),
-        };
-        if loss == Loss::Huber {
-            set.without_robust_factors();
-        }
-        let poses = calibration.views.iter().map(|v| v.camera_from_board).collect();
-        let state = State { params: calibration.camera.params.clone(), poses };
-        let whole = Calibration { covariance: set.covariance(&set.blocks, &state)?, ..calibration.clone() };
-        set.variances = set.variances_of(&whole);
-        set.weights = set.variances.iter().map(|v| if *v > 0.0 { v.recip() } else { 0.0 }).collect();
-        Some(set)
+            rays,
+            probes,
+            variances,
+            weights,
+        })
     }
 
-    fn problem<'b>(&'b self, blocks: &'b [Block]) -> refine::Problem<'b> {
-        let spec = self.calibration.camera.spec();
-        refine::Problem { spec, free: &self.free, blocks, huber_px: None, single_precision: false }
+    /// What view `i` tells.
+    fn seen(&self, i: usize) -> Option<Seen> {
+        let points = self.calibration.views[i].points_in_camera(self.target)?;
+        let weights = &mut (0..points.len()).map(|k| self.blocks[i].weight(k));
+        self.scatter.seen(&self.calibration.camera, &points, weights)
     }
 
-    /// Brings back the a-priori weights: the loss multiplies a corner beyond its threshold k by k/e, with e = √w·|r|, so that √(w k/e)·|r|
-    /// = √(k e). That keeps the order, and with it the median from which k follows.
-    fn without_robust_factors(&mut self) {
-        let views = &self.calibration.views;
-        let residuals: Vec<_> = views.iter().map(|v| v.residuals_px.clone()).collect();
-        let k = huber_px(&self.blocks, &residuals);
-        for (block, view) in self.blocks.iter_mut().zip(views) {
-            block.set_weights(view.residuals_px.iter().zip(&view.weights).map(|(r, weight)| {
-                let e = weight.sqrt() * r.norm();
-                if e > k { (e * e / (k * r.norm())).powi(2) } else { *weight }
-            }));
-        }
-    }
-
-    fn covariance(&self, blocks: &[Block], state: &State) -> Option<DMatrix<f64>> {
-        let information = refine::information(&self.problem(blocks), state)?;
-        Some(information.cholesky()?.inverse() * self.calibration.sigma0_px.powi(2))
-    }
-
-    /// Infinite where there is no answer.
-    fn variances_of(&self, calibration: &Calibration) -> Vec<f64> {
-        let sigma = uncertainty::at(calibration, self.target, Range::Infinity, &self.pixels);
-        sigma.into_iter().map(|s| s.map_or(f64::INFINITY, |s| s * s)).collect()
-    }
-
-    /// The calibration of all other views.
-    fn without(&self, i: usize) -> Option<Calibration> {
-        let others = |k: &usize| *k != i;
-        let range = || (0..self.blocks.len()).filter(others);
-        let blocks: Vec<Block> = range().map(|k| self.blocks[k].clone()).collect();
-        let views = &self.calibration.views;
-        let start = State {
-            params: self.calibration.camera.params.clone(),
-            poses: range().map(|k| views[k].camera_from_board).collect(),
-        };
-        let limits = Limits { iterations: 1, tolerance: 1e-9, damping: 1e-9 };
-        let mut state = start;
-        for _ in 0..STEPS {
-            let mut problem = self.problem(&blocks);
-            if self.loss == Loss::Huber {
-                let residuals: Vec<_> =
-                    (0..blocks.len()).map(|k| refine::residuals(&problem, &state, k)).collect();
-                problem.huber_px = Some(huber_px(&blocks, &residuals));
-            }
-            state = refine::refine(&problem, &state, limits, &mut || ControlFlow::Continue(())).ok()?.state;
-        }
-        let mut left = Calibration {
-            covariance: self.covariance(&blocks, &state)?,
-            views: range().map(|k| views[k].clone()).collect(),
-            ..self.calibration.clone()
-        };
-        for (view, pose) in left.views.iter_mut().zip(&state.poses) {
-            view.camera_from_board = *pose;
-        }
-        left.camera.params = state.params;
-        Some(left)
-    }
-
-    /// `None` where the others leave most of the picture undetermined.
-    fn influence(&self, without: &Calibration, fits_badly: bool) -> Option<Influence> {
-        let moved = displacement(&self.calibration.camera, &without.camera, &self.pixels, &self.weights);
-        let variances = self.variances_of(without);
+    /// Of view `i`, without which the camera would be this one; `None` where the others leave most of the picture undetermined.
+    fn influence(&self, i: usize, without: &Camera, fits_badly: bool) -> Option<Influence> {
+        let moved = displaced(&self.rays, (without, None), &self.pixels, &self.weights);
+        let variances = variances(&self.scatter.without(&self.seen(i)?)?, &self.probes);
         // Sums of: weights, squares of the way, growth of the variance, the variance itself.
         let mut sums = [0.0; 4];
         for (k, by) in moved.iter().enumerate() {
@@ -287,6 +281,112 @@ impl<'a> Set<'a> {
             Role::Fine
         };
         Some(Influence { moves_px, by_chance_px, certainty, role })
+    }
+}
+
+/// Brings back the a-priori weights: the loss multiplies a corner beyond its threshold k by k/e, with e = √w·|r|, so that √(w k/e)·|r|
+/// = √(k e). That keeps the order, and with it the median from which k follows.
+fn without_robust_factors(calibration: &Calibration, blocks: &mut [Block]) {
+    let views = &calibration.views;
+    let residuals: Vec<_> = views.iter().map(|v| v.residuals_px.clone()).collect();
+    let k = huber_px(blocks, &residuals);
+    for (block, view) in blocks.iter_mut().zip(views) {
+        block.set_weights(view.residuals_px.iter().zip(&view.weights).map(|(r, weight)| {
+            let e = weight.sqrt() * r.norm();
+            if e > k { (e * e / (k * r.norm())).powi(2) } else { *weight }
+        }));
+    }
+}
+
+/// Of the calibration with a-priori weights.
+fn scatter(calibration: &Calibration, target: &Target, free: &Free, blocks: &[Block]) -> Option<Scatter> {
+    let problem = refine::Problem {
+        spec: calibration.camera.spec(),
+        free,
+        blocks,
+        huber_px: None,
+        single_precision: false,
+    };
+    let information = refine::information(&problem, &state(calibration))?;
+    let mut plain = Calibration {
+        covariance: information.cholesky()?.inverse() * calibration.sigma0_px.powi(2),
+        ..calibration.clone()
+    };
+    for (view, block) in plain.views.iter_mut().zip(blocks) {
+        view.weights = (0..block.len()).map(|k| block.weight(k)).collect();
+    }
+    Scatter::new(&plain, target)
+}
+
+fn state(calibration: &Calibration) -> State {
+    let poses = calibration.views.iter().map(|v| v.camera_from_board).collect();
+    State { params: calibration.camera.params.clone(), poses }
+}
+
+/// Infinite where there is no answer.
+fn variances(scatter: &Scatter, probes: &[Option<Probe>]) -> Vec<f64> {
+    let variance =
+        |p: &Option<Probe>| p.as_ref().and_then(|p| scatter.sigma_px(p)).map_or(f64::INFINITY, |s| s * s);
+    probes.iter().map(variance).collect()
+}
+
+/// All views but one, refined again and again in the same memory.
+struct Others<'s, 'a> {
+    set: &'s Set<'a>,
+    /// Those of all views but the one that is left out.
+    blocks: Vec<Block>,
+    start: State,
+    descent: Option<Descent>,
+    squares: Vec<f64>,
+}
+
+impl<'s, 'a> Others<'s, 'a> {
+    fn of(set: &'s Set<'a>) -> Self {
+        let start = state(set.calibration);
+        Self { set, blocks: set.blocks.clone(), start, descent: None, squares: Vec::new() }
+    }
+
+    /// The camera of the views without `i`.
+    fn without(&mut self, i: usize) -> Option<Camera> {
+        let (block, pose) = (self.blocks.remove(i), self.start.poses.remove(i));
+        let params = self.refined();
+        self.blocks.insert(i, block);
+        self.start.poses.insert(i, pose);
+        Some(Camera { params: params?, ..self.set.calibration.camera.clone() })
+    }
+
+    fn refined(&mut self) -> Option<Vec<f64>> {
+        let Set { calibration, loss, free, .. } = self.set;
+        let mut problem = refine::Problem {
+            spec: calibration.camera.spec(),
+            free,
+            blocks: &self.blocks,
+            huber_px: None,
+            single_precision: false,
+        };
+        let descent = match &mut self.descent {
+            Some(descent) => {
+                descent.restart(&problem, &self.start).ok()?;
+                descent
+            }
+            none => none.insert(Descent::new(&problem, &self.start).ok()?),
+        };
+        let limits = Limits { iterations: 1, tolerance: 1e-9, damping: 1e-9 };
+        let mut first = None;
+        for _ in 0..STEPS {
+            if *loss == Loss::Huber {
+                descent.weighted_squares(&problem, &mut self.squares);
+                problem.huber_px = Some(huber_of_squares_px(&mut self.squares));
+                descent.reweigh(&problem);
+            }
+            descent.run(&problem, limits, &mut || ControlFlow::Continue(())).ok()?;
+            // What a step promises is the square of its length: the next one would be shorter by as much again.
+            let Some(promise) = descent.promise() else { break };
+            if promise <= SHORTER.powi(2) * *first.get_or_insert(promise) {
+                break;
+            }
+        }
+        Some(descent.params().to_vec())
     }
 }
 

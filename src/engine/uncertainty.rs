@@ -31,15 +31,18 @@
 //!
 //! D. Kogan, *mrcal*, "Projection uncertainty" (mean of the boards' frames).
 
+mod pose;
+
 use nalgebra::{DMatrix, Matrix2, Matrix2x6, Matrix2xX, Matrix6, Matrix6xX, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{
     camera::{Camera, Projection},
-    solution::Calibration,
+    solution::{Calibration, View},
     stats,
     target::Target,
 };
+pub use pose::{PoseCovariance, of_poses};
 
 /// Cells of the grid along the longer side of the picture.
 pub const CELLS: usize = 20;
@@ -91,11 +94,18 @@ impl Uncertainty {
 ///
 /// `target` is the board of the calibration. Cost: linear in the number of corners.
 pub fn of(calibration: &Calibration, target: &Target, range: Range) -> Uncertainty {
-    over(
-        Scatter::new(calibration, target).as_ref(),
-        &calibration.camera,
-        distance(calibration, target, range),
-    )
+    let [one] = of_ranges(calibration, target, [range]);
+    one
+}
+
+/// [`of`] at several distances.
+pub fn of_ranges<const N: usize>(
+    calibration: &Calibration,
+    target: &Target,
+    ranges: [Range; N],
+) -> [Uncertainty; N] {
+    let scatter = Scatter::new(calibration, target);
+    ranges.map(|range| over(scatter.as_ref(), &calibration.camera, distance(calibration, target, range)))
 }
 
 /// The map of a camera whose scatter is known.
@@ -214,12 +224,8 @@ impl Scatter {
         let (mut answer, mut own) = (Matrix6xX::zeros(free), Matrix6::zeros());
         let mut views = 0.0;
         for view in &calibration.views {
-            let Some(points) = view.points_in_camera(target) else { continue };
-            let weights = &mut view.weights.iter().copied();
-            let Some(blocks) = Blocks::new(&calibration.camera, &slots, free, &points, weights, None) else {
-                continue;
-            };
-            let Some((by_free, by_chance)) = blocks.twist() else { continue };
+            let twist = Blocks::of(calibration, target, &slots, view).and_then(|blocks| blocks.twist());
+            let Some((by_free, by_chance)) = twist else { continue };
             answer += by_free;
             own += by_chance;
             views += 1.0;
@@ -235,12 +241,16 @@ impl Scatter {
         Some(Self { intrinsics, slots, answer: answer / views, own, views, sigma0_px })
     }
 
-    /// What a view of these points of the camera frame would tell, each with this weight in the sum; `None` where the model does
+    /// What a view of these points of the camera frame tells, each with its weight in the sum; `None` where the model does
     /// not see one of them, or they do not determine a pose.
-    pub fn seen(&self, camera: &Camera, points: &[Vector3<f64>], weight: f64) -> Option<Seen> {
+    pub fn seen(
+        &self,
+        camera: &Camera,
+        points: &[Vector3<f64>],
+        weights: &mut dyn Iterator<Item = f64>,
+    ) -> Option<Seen> {
         let free = self.intrinsics.nrows();
         let mut information = DMatrix::zeros(free, free);
-        let weights = &mut std::iter::repeat(weight);
         let blocks = Blocks::new(camera, &self.slots, free, points, weights, Some(&mut information))?;
         let (answer, own) = blocks.twist()?;
         information -= blocks.w.transpose() * blocks.v.cholesky()?.solve(&blocks.w);
@@ -249,14 +259,27 @@ impl Scatter {
 
     /// With one more view. `None` where the intrinsics were not determined before.
     pub fn with(&self, seen: &Seen) -> Option<Self> {
+        self.joined(seen, 1.0)
+    }
+
+    /// Without one of its views, at the same camera. `None` where the others do not determine the intrinsics.
+    pub fn without(&self, seen: &Seen) -> Option<Self> {
+        self.joined(seen, -1.0)
+    }
+
+    fn joined(&self, seen: &Seen, sign: f64) -> Option<Self> {
         let variance = self.sigma0_px.powi(2);
-        let information = self.intrinsics.clone().cholesky()?.inverse() + &seen.information / variance;
-        let views = self.views + 1.0;
+        let information =
+            self.intrinsics.clone().cholesky()?.inverse() + &seen.information * (sign / variance);
+        let views = self.views + sign;
+        if views <= 0.0 {
+            return None;
+        }
         Some(Self {
             intrinsics: information.cholesky()?.inverse(),
             slots: self.slots.clone(),
-            answer: (&self.answer * self.views + &seen.answer) / views,
-            own: (self.own * self.views.powi(2) + seen.own * variance) / views.powi(2),
+            answer: (&self.answer * self.views + &seen.answer * sign) / views,
+            own: (self.own * self.views.powi(2) + seen.own * (sign * variance)) / views.powi(2),
             views,
             sigma0_px: self.sigma0_px,
         })
@@ -311,6 +334,13 @@ struct Blocks {
 }
 
 impl Blocks {
+    /// Of a view of a calibration; `None` also where it has no corners.
+    fn of(calibration: &Calibration, target: &Target, slots: &[Option<usize>], view: &View) -> Option<Self> {
+        let points = view.points_in_camera(target)?;
+        let weights = &mut view.weights.iter().copied();
+        Self::new(&calibration.camera, slots, calibration.free.len(), &points, weights, None)
+    }
+
     /// `None` where the model does not see a point. The view's part of `U` is added to `u`, where that is wanted.
     fn new(
         camera: &Camera,
@@ -322,12 +352,13 @@ impl Blocks {
     ) -> Option<Self> {
         let center = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
         let (mut v, mut w) = (Matrix6::zeros(), Matrix6xX::zeros(free));
+        let mut by_free = Matrix2xX::zeros(free);
         for (point, weight) in points.iter().zip(weights) {
             let there = (camera.spec().project)(&camera.params, point)?;
-            let by_pose = by_motion(&there, &(point - center), 1.0).transpose() * weight;
-            let by_free = by_free(&there, slots, free);
-            v += by_pose * by_motion(&there, &(point - center), 1.0);
-            w += by_pose * &by_free;
+            let by_pose = by_motion(&there, &(point - center), 1.0);
+            fill_by_free(&there, slots, &mut by_free);
+            v.gemm_tr(weight, &by_pose, &by_pose, 1.0);
+            w.gemm_tr(weight, &by_pose, &by_free, 1.0);
             if let Some(u) = &mut u {
                 u.gemm_tr(weight, &by_free, &by_free, 1.0);
             }
@@ -357,13 +388,18 @@ fn by_motion(there: &Projection, arm: &Vector3<f64>, scale: f64) -> Matrix2x6<f6
 /// ∂px/∂(free intrinsics); tied ones move together.
 fn by_free(there: &Projection, slots: &[Option<usize>], free: usize) -> Matrix2xX<f64> {
     let mut by = Matrix2xX::zeros(free);
+    fill_by_free(there, slots, &mut by);
+    by
+}
+
+fn fill_by_free(there: &Projection, slots: &[Option<usize>], by: &mut Matrix2xX<f64>) {
+    by.fill(0.0);
     for (slot, column) in slots.iter().zip(&there.by_params) {
         if let Some(slot) = slot {
             let mut to = by.column_mut(*slot);
             to += column;
         }
     }
-    by
 }
 
 #[cfg(test)]

@@ -259,7 +259,7 @@ pub fn frame(entry: &Entry, target: Option<&Target>) -> FrameReport {
         (Finding::Grid(Detection { grid: Some(_), .. }), None) => {
             frame.why = "corners were found, but not the size of the board: give --board".to_owned();
         }
-        (Finding::Grid(Detection { grid: Some(grid), passed_over, .. }), Some(size)) => {
+        (Finding::Grid(Detection { grid: Some(grid), passed_over, light, .. }), Some(size)) => {
             match grid.assign(size) {
                 Err(why) => frame.why = why,
                 Ok(assigned) => {
@@ -269,6 +269,7 @@ pub fn frame(entry: &Entry, target: Option<&Target>) -> FrameReport {
                     frame.state = if assigned.full { FrameState::Full } else { FrameState::Partial };
                     frame.order_is_a_choice = assigned.order_is_a_choice;
                     frame.corners = assigned.corners;
+                    frame.light = *light;
                 }
             }
         }

@@ -12,6 +12,7 @@ use straightedge::{
         compare::{Answer, Member, Series, Side, UNLIKELY, Verdict, compare, date},
         format,
         report::Report,
+        residual::Field,
         target::Target,
     },
     job::{
@@ -84,7 +85,7 @@ fn what_changed_is_seen_and_what_did_not_is_not() {
     let none = compare(&first, &first).unwrap();
     assert!(none.whole.max_px < 1e-9 && none.corners.max_px < 1e-9);
     // A zoom of 1 % moves what is seen r px off the middle by 1 % of r.
-    let exact = |f: f64| Side { camera: camera(f), covariance: None };
+    let exact = |f: f64| Side { camera: camera(f), covariance: None, residual: None };
     let known = compare(&exact(620.0), &exact(626.2)).unwrap();
     assert_eq!((known.verdict, known.chance, &known.sigma_px), (Verdict::Unknown, None, &[None, None]));
     let mut pinhole = exact(620.0);
@@ -104,12 +105,12 @@ fn what_changed_is_seen_and_what_did_not_is_not() {
     // Other models, other sizes.
     let fisheye =
         Camera::new(Model::Kb4, [640, 480], vec![620.0, 620.0, 318.0, 243.0, 0.08, 0.0, 0.0, 0.0]).unwrap();
-    let mixed = compare(&first, &Side { camera: fisheye, covariance: None }).unwrap();
+    let mixed = compare(&first, &Side { camera: fisheye, covariance: None, residual: None }).unwrap();
     assert_eq!(
         mixed.parameters.iter().map(|p| p.name).collect::<Vec<_>>(),
         ["fx", "fy", "cx", "cy", "k1", "k2", "k3"]
     );
-    let small = Side { camera: first.camera.scaled(0.5).unwrap(), covariance: None };
+    let small = Side { camera: first.camera.scaled(0.5).unwrap(), covariance: None, residual: None };
     let says = compare(&first, &small).unwrap_err().to_string();
     assert!(says.contains("convert the second one with `straightedge convert --scale 2`"), "{says}");
 }
@@ -135,7 +136,7 @@ fn an_old_calibration_is_judged_by_few_new_pictures() {
             && zoomed.held_rms_px > zoomed.expected_rms_px.unwrap()
     );
     // Without σ of its own the old one counts as exact.
-    let exact = Side { camera: camera(620.0), covariance: None };
+    let exact = Side { camera: camera(620.0), covariance: None, residual: None };
     assert_eq!(judged(&exact, &noisy(&camera(620.0), &board(), 4, 52)).answer, Answer::StillValid);
     // One picture does not tell all, and says so.
     let one = judged(&old, &noisy(&camera(620.0), &board(), 1, 53));
@@ -169,4 +170,42 @@ fn a_series_is_in_the_order_of_its_dates() {
     list.swap_remove(0);
     let steady = Series::new(list).unwrap();
     assert!(!steady.recalibrate && steady.sentence().starts_with("Steady"), "{}", steady.sentence());
+}
+
+/// A residual map is part of the camera that it corrects: two equal ones make no difference, and one alone makes its own.
+#[test]
+fn residual_maps_are_compared() {
+    const AMPLITUDE_PX: f64 = 0.5;
+    // Waves over the picture, which no rotation makes.
+    let knots = [13, 10];
+    let wave = |k: usize| {
+        let [i, j] = [k % knots[0], k / knots[0]].map(|n| n as f64);
+        [AMPLITUDE_PX * (1.3 * i).sin() * (0.9 * j).cos(), AMPLITUDE_PX * (1.1 * i).cos() * (1.2 * j).sin()]
+    };
+    let offsets = (0..knots[0] * knots[1]).map(wave).collect();
+    let field = Field::new([0.0; 2], [64.0, 68.0], knots, offsets).unwrap();
+    let plain = Side { camera: camera(620.0), covariance: None, residual: None };
+    let bent = Side { residual: Some(field.clone()), ..plain.clone() };
+    let same = compare(&bent, &bent).unwrap();
+    assert!(same.whole.max_px < 1e-6, "{:?}", same.whole);
+    let one = compare(&plain, &bent).unwrap();
+    let rows = one.moved_px.len();
+    let columns = one.moved_px[0].len();
+    let mut squares = [0.0, 0.0];
+    for (j, row) in one.moved_px.iter().enumerate() {
+        for (i, moved) in row.iter().enumerate() {
+            let px = Vector2::new(
+                (i as f64 + 0.5) / columns as f64 * 640.0 - 0.5,
+                (j as f64 + 0.5) / rows as f64 * 480.0 - 0.5,
+            );
+            squares[0] += (Vector2::from(moved.unwrap()) - field.at(&px)).norm_squared();
+            squares[1] += field.at(&px).norm_squared();
+        }
+    }
+    // What is left is the rotation that fits the waves by chance.
+    let left = (squares[0] / squares[1]).sqrt();
+    assert!(left < 0.4, "{left}");
+    // The other way round it is the opposite, to the slope of the waves.
+    let back = compare(&bent, &plain).unwrap();
+    assert!((back.whole.rms_px / one.whole.rms_px - 1.0).abs() < 0.05);
 }

@@ -73,6 +73,10 @@ fn table(cx: &Cx<'_>, ui: &mut Ui, outcome: &Outcome) {
         }
     });
     ui.add_space(6.0);
+    if let Some(words) = outcome.neighbour_words() {
+        ui.label(name(&format!("{words}.")));
+        ui.add_space(4.0);
+    }
     let [capture, twin] = outcome.rms_per_coordinate_px;
     ui.label(name(&format!(
         "Residuals are {} px in your pictures and {} px in the twin's: more than a half more is not the noise of the pictures, but the board, motion or the lens.",

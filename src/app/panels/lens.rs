@@ -137,6 +137,11 @@ fn alpha(cx: &mut Cx<'_>, ui: &mut Ui) {
         }
         ui.label(text("keep all", font::regular(font::SMALL), t.text2));
         ui.label(text(format!("{:.2}", cx.state.doc.alpha), font::medium(font::SMALL), t.ink));
+        if safe::of(cx, ui).is_some_and(|s| s.alpha.is_none()) {
+            ui.label(text("0 is not safe either", font::regular(font::SMALL), t.warn)).on_hover_text(
+                "Even with α = 0 the picture shows places that no corner supports (shaded): photograph the board there",
+            );
+        }
     });
 }
 

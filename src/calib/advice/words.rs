@@ -69,6 +69,9 @@ fn times(times: f64) -> &'static str {
 /// What to do where nothing is known yet.
 pub(super) const FIRST: &str = "Photograph the whole board from at least three sides: once square to the camera, then tilted by 30 to 45° to the left, to the right, up and down, so large that it fills half of the picture.";
 
+/// Share of σ that a picture leaves of it where it tells next to nothing.
+const LITTLE: f64 = 0.9;
+
 /// What it brings, and how much is still to do: a sentence or two.
 pub(super) fn promise(advice: &Advice) -> String {
     let px = |px: Option<f64>| px.map_or("unknown".to_owned(), |px| format!("±{} px", significant(px, 2)));
@@ -86,6 +89,10 @@ pub(super) fn promise(advice: &Advice) -> String {
                 (Some(_), Some(_), _) | (_, _, None) => {
                     format!("Expected: {} {where_} becomes {}.", px(before), px(after))
                 }
+                // A board where the model folds is no news of the focal length.
+                (None, _, Some([now, then])) if then > LITTLE * now => {
+                    format!("The model of the lens has no answer {where_} yet: a board there tells it more.")
+                }
                 (.., Some([now, then])) => {
                     format!(
                         "Expected: the focal length, known to {}, becomes known to {}.",
@@ -97,7 +104,9 @@ pub(super) fn promise(advice: &Advice) -> String {
             text += &match advice.pictures {
                 Some(1) => format!(" That reaches {goal}."),
                 Some(n) => format!(" It takes {} to {goal}.", counted(n, "picture")),
-                None if before.is_none() => format!(" How many it takes to {goal} cannot be told yet."),
+                None if before.is_none() => {
+                    format!(" How many pictures it takes to reach {goal} cannot be told yet.")
+                }
                 None => format!(" It takes more than {} pictures to {goal}.", super::MOST_PICTURES),
             };
             text

@@ -66,7 +66,9 @@ pub struct Validity {
 pub fn judge(old: &Side, held: &Report, free: std::result::Result<&Report, String>) -> Result<Validity> {
     let rms = |report: &Report| report.solution.as_ref().map(|s| s.rms_px);
     let found = free.as_ref().ok().and_then(|r| r.solution.as_ref());
-    let new = found.map(side_of);
+    let new = found.map(Side::of);
+    // Neither solution of the new pictures has a residual map.
+    let old = &Side { residual: None, ..old.clone() };
     let comparison = new.as_ref().map(|new| compare(old, new)).transpose()?;
     let focal = new.as_ref().map(|new| moved(old, new));
     let views = held.included().count();
@@ -92,10 +94,6 @@ pub fn judge(old: &Side, held: &Report, free: std::result::Result<&Report, Strin
     };
     validity.sentence = validity.in_words();
     Ok(validity)
-}
-
-fn side_of(solution: &Solution) -> Side {
-    Side { camera: solution.camera.clone(), covariance: Some(solution.covariance.clone()) }
 }
 
 /// The mean of `fx` and `fy`.

@@ -52,9 +52,10 @@ impl Report {
                 frame.why.clone_from(why);
             }
         }
-        for view in &calibration.views {
+        for (view, covariance) in calibration.views.iter().zip(uncertainty::of_poses(calibration, target)) {
             let Some(frame) = self.frames.get_mut(view.frame.0 as usize) else { continue };
             frame.seen(view, target);
+            frame.pose_covariance = covariance;
         }
         self.warnings.extend(calibration.warnings.iter().cloned());
         self.solution = Some(self.solution(calibration, target));
@@ -67,7 +68,8 @@ impl Report {
             stats::trend(&points)
         };
         let corners = self.corners_px();
-        let uncertainty = uncertainty::of(calibration, target, Range::Boards);
+        let [uncertainty, far] =
+            uncertainty::of_ranges(calibration, target, [Range::Boards, Range::Infinity]);
         let names = camera.spec().params.iter().map(|p| p.name.to_owned());
         Solution {
             rms_px: calibration.rms_px,
@@ -82,7 +84,7 @@ impl Report {
             starts: calibration.starts.clone(),
             closed_form: calibration.closed_form.clone(),
             stats: stats::errors(&self.errors_px()),
-            uncertainty_far: Some(uncertainty::of(calibration, target, Range::Infinity)),
+            uncertainty_far: Some(far),
             coverage: stats::coverage(&corners, camera.size_px),
             safe_region: Some(SafeRegion::new(&camera, &corners, &uncertainty)),
             uncertainty,
@@ -210,6 +212,7 @@ impl FrameReport {
     fn seen(&mut self, view: &View, target: &Target) {
         let stance = stats::stance(&view.camera_from_board, target);
         self.included = true;
+        self.pose_covariance = None;
         self.residuals_px = view.residuals_px.iter().map(|r| [r.x, r.y]).collect();
         self.outliers.clone_from(&view.outliers);
         self.rms_px = Some(view.rms_px);

@@ -1,6 +1,6 @@
 //! What the runs of a twin say: bias and scatter beside the predicted σ.
 
-use std::ops::ControlFlow;
+use std::{collections::BTreeMap, ops::ControlFlow};
 
 use nalgebra::{Matrix2, Point3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -9,6 +9,7 @@ use super::{Seen, Twin};
 use crate::calib::{
     Error, Result,
     calibrate::calibrate,
+    number::significant,
     pose::Pose,
     solution::Calibration,
     stats,
@@ -33,6 +34,10 @@ pub struct Outcome {
     pub noise_levels: f64,
     /// RMS of the corners' distances from their true places per coordinate, and of their predicted σ, px.
     pub corner_px: [f64; 2],
+    /// Of these distances what is the same in every run, RMS per coordinate, px.
+    pub corner_bias_px: f64,
+    /// Correlation of the noise of neighbouring corners across the edge between them.
+    pub neighbours: f64,
     /// RMS per coordinate of the residuals: of the capture, and of its twin.
     pub rms_per_coordinate_px: [f64; 2],
     /// One for each parameter of the camera that is free.
@@ -73,6 +78,27 @@ pub struct Place {
     pub sigma_px: Option<f64>,
 }
 
+impl Outcome {
+    /// By how much more than σ the projection scatters where corners are dense, because neighbours err together: σ takes corners for
+    /// independent. Along a line of corners that are correlated by ρ with the next the variance of a smooth shift is 1 + 2ρ.
+    pub fn beyond_sigma(&self) -> f64 {
+        (1.0 + 2.0 * self.neighbours.max(0.0)).sqrt()
+    }
+
+    /// The same in words; nothing where neighbours do not matter.
+    pub fn neighbour_words(&self) -> Option<String> {
+        /// A scatter that is a twentieth larger than σ.
+        const MATTERS: f64 = 0.05;
+        (self.neighbours > MATTERS).then(|| {
+            format!(
+                "Errors of neighbouring corners go together by {}: squares are so small that both read the edge between them, which σ does not know. The scatter is up to {} times σ",
+                significant(self.neighbours, 2),
+                significant(self.beyond_sigma(), 2)
+            )
+        })
+    }
+}
+
 impl Parameter {
     /// Bias in its own standard errors over the runs.
     pub fn bias_in_errors(&self, runs: usize) -> f64 {
@@ -105,16 +131,18 @@ pub(super) fn of(
     }
     let mut noises: Vec<f64> = seen.iter().map(|s| s.noise).collect();
     noises.sort_by(f64::total_cmp);
-    let corners = corners(twin, seen);
-    let wanted = runs * twin.used.iter().map(|u| u.0.len()).sum::<usize>();
+    let corners = Corners::of(twin, seen);
+    let wanted = runs * twin.views.iter().map(|v| v.used.len()).sum::<usize>();
     let rms = |of: &dyn Fn(&Calibration) -> f64| mean(found.iter().map(|c| of(c).powi(2))).sqrt();
     Ok(Outcome {
         runs: found.len(),
         failed: runs - found.len(),
         pictures: seen.len(),
-        found_fraction: corners.len() as f64 / wanted.max(1) as f64,
+        found_fraction: corners.found as f64 / wanted.max(1) as f64,
         noise_levels: stats::quantile(&noises, 0.5),
-        corner_px: [0, 1].map(|k| mean(corners.iter().map(|c| c[k])).sqrt()),
+        corner_px: [corners.off, corners.told].map(f64::sqrt),
+        corner_bias_px: corners.bias.sqrt(),
+        neighbours: corners.neighbours,
         rms_per_coordinate_px: [twin.solution.rms_per_coordinate_px, rms(&|c| c.rms_px / 2f64.sqrt())],
         parameters: parameters(twin, &found),
         places: places(twin, &found),
@@ -126,18 +154,62 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
     if n > 0.0 { sum / n } else { 0.0 }
 }
 
-/// Mean square of a coordinate's error, and the predicted one, of every corner that was found, px².
-fn corners(twin: &Twin, seen: &[Seen]) -> Vec<[f64; 2]> {
-    let of_view = |(view, seen): (usize, &Seen)| {
-        let truth = twin.scene.corners_px(view);
-        let all = seen.corners.iter().flatten();
-        let terms = all.filter_map(|c| {
-            let place = (*truth.get(c.index as usize)?)?;
-            Some([(c.px - place).norm_squared() / 2.0, c.sigma_px.powi(2)])
-        });
-        terms.collect::<Vec<_>>()
-    };
-    seen.iter().enumerate().flat_map(of_view).collect()
+/// What the corners of all pictures tell, per coordinate.
+#[derive(Default)]
+struct Corners {
+    found: usize,
+    /// Mean squares: of the distance from the true place, of what of it is the same in every run, of the predicted σ, px².
+    off: f64,
+    bias: f64,
+    told: f64,
+    /// Correlation of the noise of neighbours, across the edge between them.
+    neighbours: f64,
+}
+
+impl Corners {
+    fn of(twin: &Twin, seen: &[Seen]) -> Self {
+        let columns = twin.scene.board.size.cols;
+        let (mut out, mut together, mut alone) = (Self::default(), 0.0, 0.0);
+        for (view, seen) in seen.iter().enumerate() {
+            let truth = twin.scene.corners_px(view);
+            let place = |index: u32| truth.get(index as usize).copied().flatten();
+            let mut means: BTreeMap<u32, (f64, Vector2<f64>)> = BTreeMap::new();
+            for c in seen.corners.iter().flatten() {
+                let Some(error) = place(c.index).map(|at| c.px - at) else { continue };
+                let (n, sum) = means.entry(c.index).or_default();
+                (*n, *sum) = (*n + 1.0, *sum + error);
+                out.found += 1;
+                out.off += 0.5 * error.norm_squared();
+                out.told += c.sigma_px.powi(2);
+            }
+            for (n, mean) in means.values_mut() {
+                *mean /= *n;
+                out.bias += 0.5 * *n * mean.norm_squared();
+            }
+            for corners in &seen.corners {
+                let noise: BTreeMap<u32, Vector2<f64>> = corners
+                    .iter()
+                    .filter_map(|c| Some((c.index, c.px - place(c.index)? - means.get(&c.index)?.1)))
+                    .collect();
+                for (&index, one) in &noise {
+                    let right = (index % columns + 1 < columns).then_some(index + 1);
+                    for next in [right, Some(index + columns)].into_iter().flatten() {
+                        let (Some(two), Some(a), Some(b)) = (noise.get(&next), place(index), place(next))
+                        else {
+                            continue;
+                        };
+                        let across = [one, two].map(|e| (b - a).normalize().perp(e));
+                        together += across[0] * across[1];
+                        alone += 0.5 * (across[0].powi(2) + across[1].powi(2));
+                    }
+                }
+            }
+        }
+        let n = out.found.max(1) as f64;
+        (out.off, out.bias, out.told) = (out.off / n, out.bias / n, out.told / n);
+        out.neighbours = if alone > 0.0 { together / alone } else { 0.0 };
+        out
+    }
 }
 
 fn parameters(twin: &Twin, found: &[Calibration]) -> Vec<Parameter> {

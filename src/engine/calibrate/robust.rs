@@ -130,6 +130,11 @@ fn threshold(scale_px: f64) -> f64 {
     HUBER * scale_px.max(LOSS_FLOOR_PX)
 }
 
+/// Threshold of Huber's loss that agrees with the squares of weighted residuals, which are used up, px.
+pub(crate) fn huber_of_squares_px(squares: &mut [f64]) -> f64 {
+    threshold(scale(median(squares).sqrt()))
+}
+
 /// Threshold of Huber's loss that agrees with weighted residuals, px.
 pub(crate) fn huber_px(blocks: &[Block], residuals: &[Vec<Vector2<f64>>]) -> f64 {
     threshold(scale(median_length(blocks, residuals)))

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use nalgebra::Vector2;
 
 use super::{
-    Detection, Grid, GridCorner, Refinement,
+    Detection, Grid, GridCorner, Light, Refinement,
     complete::{Fitted, complete},
     ends::ends,
     gradient,
@@ -14,7 +14,7 @@ use super::{
     reason::{Searched, why},
     response::{RING, Ring, SMALL_RING},
     sheet::{STEPS, Sheet, add, is_black},
-    strip::Start,
+    strip::{Fit, Start},
 };
 use crate::image::{Gray, Plane, Sample};
 
@@ -78,9 +78,10 @@ pub(super) fn search<T: Sample>(picture: &Plane<T>, gray: &Gray, refinement: Ref
     match best {
         Some(found) => {
             let grid = Some(found.grid(picture, refinement));
-            Detection { grid, why: String::new(), passed_over: found.passed_over }
+            let light = found.light::<T>();
+            Detection { grid, why: String::new(), passed_over: found.passed_over, light }
         }
-        None => Detection { grid: None, why: why(&levels, &searched), passed_over: false },
+        None => Detection { grid: None, why: why(&levels, &searched), passed_over: false, light: None },
     }
 }
 
@@ -127,6 +128,21 @@ fn spacing(lattice: &Lattice) -> f64 {
 }
 
 impl Found {
+    fn light<T: Sample>(&self) -> Option<Light> {
+        let to_8_bits = 255.0 / f64::from(T::MAX);
+        let middle = |of: &dyn Fn(&Fit) -> f64| {
+            let mut all: Vec<f64> = self.fitted.iter().map(|(_, fit)| of(&fit)).collect();
+            all.sort_by(f64::total_cmp);
+            all.get(all.len() / 2).copied()
+        };
+        Some(Light {
+            black: to_8_bits * middle(&|f| f.mean - f.amplitude.abs())?,
+            white: to_8_bits * middle(&|f| f.mean + f.amplitude.abs())?,
+            blur_px: middle(&|f| 0.5 * (f.blur_px[0] + f.blur_px[1]))?,
+            noise: to_8_bits * middle(&|f| f.sigma_gray)?,
+        })
+    }
+
     /// The grid as others see it, first row uppermost, columns from left to right.
     fn grid<T: Sample>(&self, picture: &Plane<T>, refinement: Refinement) -> Grid {
         let [[c0, c1], [r0, r1]] = self.fitted.bounds().unwrap_or_default();

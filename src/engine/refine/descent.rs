@@ -207,6 +207,16 @@ impl Descent {
         }
     }
 
+    /// The parameters of the model there.
+    pub(crate) fn params(&self) -> &[f64] {
+        &self.at.params
+    }
+
+    /// Relative decrease of the cost that the last accepted step promised.
+    pub(crate) const fn promise(&self) -> Option<f64> {
+        self.promise
+    }
+
     /// [`super::information`] there.
     pub(crate) fn information(&mut self, problem: &Problem<'_>) -> Option<DMatrix<f64>> {
         let plain = Problem { huber_px: None, single_precision: false, ..*problem };

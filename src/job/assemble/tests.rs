@@ -16,7 +16,7 @@ fn grid(size: [u32; 2], at: f64) -> Grid {
 
 fn entry(file: &str, size_px: [u32; 2], grid: Option<Grid>, hash: u128) -> Entry {
     let why = if grid.is_some() { String::new() } else { "no corners: sharper pictures".to_owned() };
-    let finding = Finding::Grid(Detection { grid, why, passed_over: false });
+    let finding = Finding::Grid(Detection { grid, why, passed_over: false, light: None });
     let seen = Seen {
         size_px,
         exif: Exif::default(),

@@ -3,23 +3,26 @@
 use std::sync::Arc;
 
 use egui::{Key, Modifiers, Theme};
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::{Harness, kittest::Queryable as _};
 use straightedge::{
     app::{
+        App,
         action::Action,
         lab::Part,
         panels::{PANELS, Tile},
         screen::Screen,
     },
     calib::{
+        Error,
         camera::Model,
-        diagnose::Level,
+        diagnose::{Level, Remedy, Show, sources::Source},
         format::{self, Evidence, Export},
         html,
         safe::widest_alpha,
         synth::{self, Method, Scene},
         undistort::Framing,
     },
+    job::Reply,
 };
 
 use super::{click, demonstrated, drop_on, is_on, key, opened, pictures, says, settle, until, window};
@@ -531,4 +534,113 @@ fn a_twin_is_drawn_and_can_be_cancelled() {
     let outcome = state(&window).data.twin.clone().unwrap().1.unwrap();
     assert_eq!((outcome.pictures, outcome.runs + outcome.failed), (5, 30));
     assert!(says(&window, "your σ") && says(&window, "lower left corner"));
+}
+
+/// What stands beside a source of error is done: its evidence is shown, and its remedy changes the document.
+#[test]
+fn sources_show_their_evidence_and_mend() {
+    let mut window = window(SIZE, Theme::Dark);
+    window.state_mut().act(Action::Open(straightedge::app::action::demo()[..6].to_vec()));
+    settle(&mut window);
+    let errors = Tile::Errors.index();
+    let mut sources = Screen { center: Tile::Errors, ..Screen::default() };
+    sources.pages[errors] = PANELS[errors].pages.iter().position(|p| p.name == "Sources").unwrap();
+    let open = |window: &mut Harness<'static, App>| {
+        window.state_mut().act(Action::Show(Box::new(sources.clone())));
+        window.run_ok();
+    };
+    open(&mut window);
+    let answer = state(&window).data.answer.clone().unwrap();
+    let cards = answer.report().sources.as_ref().unwrap().cards.clone();
+    for (k, card) in cards.iter().enumerate() {
+        open(&mut window);
+        // The answer's findings beside it have buttons of the same name: those of the page are in the centre.
+        let shows = |window: &Harness<'static, App>| {
+            let all = window.get_all_by_label("Show").map(|n| n.rect()).filter(|r| r.left() < 960.0);
+            let mut all: Vec<egui::Rect> = all.collect();
+            all.sort_by(|a, b| a.top().total_cmp(&b.top()));
+            all
+        };
+        assert_eq!(shows(&window).len(), cards.len());
+        // Those below are scrolled to.
+        let node = window.get_all_by_label("Show").find(|n| n.rect() == shows(&window)[k]).unwrap();
+        node.scroll_to_me();
+        window.run_ok();
+        let at = shows(&window)[k].center();
+        window.drag_at(at);
+        window.drop_at(at);
+        window.run_ok();
+        let screen = &state(&window).screen;
+        let page = PANELS[screen.center.index()].pages[screen.pages[screen.center.index()]].name;
+        let wanted = match card.show {
+            Show::Picture(_) | Show::Pictures => (Tile::Picture, "Picture"),
+            Show::Errors => (Tile::Errors, "Overview"),
+            Show::Field => (Tile::Errors, "Map"),
+            Show::Certainty => (Tile::Coverage, "Certainty"),
+            Show::Corners => (Tile::Coverage, "Corners"),
+            Show::Diversity => (Tile::Coverage, "Diversity"),
+            Show::Lens => (Tile::Lens, "Swipe"),
+        };
+        assert_eq!((screen.center, page), wanted, "{}", card.title);
+    }
+    // Six pictures do not tell all terms of the lens.
+    let holds = |card: &Source| match &card.remedy {
+        Some(Remedy::Hold(names)) => Some((card.remedy.as_ref().unwrap().label(), names.clone())),
+        _ => None,
+    };
+    let (label, names) = cards.iter().find_map(holds).expect("a term of the lens to hold");
+    open(&mut window);
+    let remedy = window.get_all_by_label(&label).min_by(|a, b| a.rect().left().total_cmp(&b.rect().left()));
+    remedy.unwrap().scroll_to_me();
+    window.run_ok();
+    window
+        .get_all_by_label(&label)
+        .min_by(|a, b| a.rect().left().total_cmp(&b.rect().left()))
+        .unwrap()
+        .click();
+    settle(&mut window);
+    let (now, solution) = state(&window).data.solved().unwrap();
+    assert!(names.iter().all(|name| state(&window).doc.holds(name)), "{names:?}");
+    assert!(names.iter().all(|name| solution.sigma.get(name) == Some(&None)));
+    // What is wrong is measured anew.
+    assert!(now.sourced && now.key != answer.key && now.report().sources != answer.report().sources);
+    assert_eq!(state(&window).screen.center, Tile::Errors);
+}
+
+/// Where nothing can be planned the reason is told, and the camera stands.
+#[test]
+fn advice_that_fails_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    pictures(folder.path(), 0..4);
+    let mut window = window(SIZE, Theme::Dark);
+    opened(&mut window, vec![folder.path().to_owned()]);
+    let key = state(&window).data.advice.as_ref().unwrap().0;
+    let result = Err(Error::Crashed("attempt to plan with five sides".to_owned()));
+    window.state_mut().act(Action::Finished(Box::new(Reply { key, result })));
+    settle(&mut window);
+    assert!(says(&window, "could not be planned") && says(&window, "attempt to plan with five sides"));
+    assert!(state(&window).data.solved().is_some());
+}
+
+/// Where even α = 0 shows what no corner supports, the slider has no place to stop at, and says so.
+#[test]
+fn alpha_without_a_stop_is_told() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    window.state_mut().act(Action::Show(Box::new(Screen { center: Tile::Lens, ..Screen::default() })));
+    settle(&mut window);
+    let mut told = |reach: f64, salt: u128| {
+        let mut answer = window.state().state.data.answer.as_deref().unwrap().clone();
+        let solution = answer.evidence.report.solution.as_mut().unwrap();
+        // A rectangle about the middle of the picture, of so many of its sides.
+        let side = |x: f64, y: f64| [399.5 + reach * 400.0 * x, 299.5 + reach * 300.0 * y];
+        solution.safe_region.as_mut().unwrap().polygon_px =
+            vec![side(-1.0, -1.0), side(1.0, -1.0), side(1.0, 1.0), side(-1.0, 1.0)];
+        // Or what is known of the answer would stay.
+        answer.key.0 ^= salt;
+        window.state_mut().state.data.answer = Some(Arc::new(answer));
+        window.run_ok();
+        says(&window, "0 is not safe either")
+    };
+    assert!(!told(1.0, 1));
+    assert!(told(0.25, 2));
 }

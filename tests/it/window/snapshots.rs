@@ -47,7 +47,7 @@ fn every_page(theme: Theme) {
     let mut camera = solution.camera;
     camera.params[0] += 0.2;
     camera.params[4] += 0.002;
-    let side = Side { camera, covariance: Some(solution.covariance) };
+    let side = Side { camera, covariance: Some(solution.covariance), residual: None };
     let earlier = Beside { name: "last_may.json".to_owned(), side };
     for panel in &PANELS {
         for (i, page) in panel.pages.iter().enumerate() {

@@ -40,9 +40,8 @@ fn comparison(cx: &Cx<'_>, ui: &Ui, beside: &Arc<Beside>) -> Option<Arc<Known>> 
     if let Some(known) = ui.data(|d| d.get_temp::<Arc<Known>>(id)).filter(same) {
         return Some(known);
     }
-    let here = Side { camera: solution.camera.clone(), covariance: Some(solution.covariance.clone()) };
-    let made =
-        Arc::new(Known { made_from: (answer.key, beside.clone()), comparison: compare(&beside.side, &here) });
+    let comparison = compare(&beside.side, &Side::of(solution));
+    let made = Arc::new(Known { made_from: (answer.key, beside.clone()), comparison });
     ui.data_mut(|d| d.insert_temp(id, made.clone()));
     Some(made)
 }

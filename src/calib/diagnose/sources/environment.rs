@@ -86,6 +86,7 @@ pub(in crate::calib::diagnose) fn advice(code: &str) -> &'static str {
         "focal_drift" | "centre_drift" => "Let the camera warm up before",
         "rolling_shutter" => "Hold camera and board still, or use a shorter exposure on a tripod",
         "shifted_pictures" => "Switch stabilisation and lens correction off",
+        "lens_model" => "Take a model with more terms",
         _ => "Set the picture aside",
     }
 }
