@@ -233,7 +233,7 @@ impl<'a> Set<'a> {
             params: self.calibration.camera.params.clone(),
             poses: range().map(|k| views[k].camera_from_board).collect(),
         };
-        let limits = Limits { iterations: 1, tolerance: 1e-9, damping: 1e-9 };
+        let limits = Limits { iterations: 1, tolerance: 1e-9, damping: 1e-9, enough: None };
         let mut state = start;
         for _ in 0..STEPS {
             let mut problem = self.problem(&blocks);

@@ -261,7 +261,7 @@ pub(super) fn pose(
     let pose = first_pose(view, model.spec(), params)?;
     let free = Free::none(model);
     let start = State { params: params.to_vec(), poses: vec![pose] };
-    let limits = Limits { iterations: 2, tolerance: 1e-3, damping: 1e-6 };
+    let limits = Limits { iterations: 2, tolerance: 1e-3, damping: 1e-6, enough: None };
     let problem = alone(&block, model, &free);
     let descent = match memory {
         Some(descent) => {
