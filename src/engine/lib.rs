@@ -41,6 +41,7 @@ pub mod named;
 pub mod number;
 pub mod observation;
 pub mod order;
+pub mod p3p;
 pub mod pose;
 pub mod refine;
 pub mod residual;
