@@ -45,6 +45,7 @@ pub mod p3p;
 pub mod pose;
 pub mod refine;
 pub mod residual;
+pub mod screen;
 pub mod solution;
 pub mod splined;
 pub mod spread;
