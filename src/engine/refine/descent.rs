@@ -187,7 +187,11 @@ impl Descent {
                 }
                 if before.len() >= VALLEY.0 {
                     let gained = before[before.len() - VALLEY.0] - self.sum.cost;
-                    if gained < VALLEY.1 * self.sum.cost / (2 * self.sum.corners) as f64 {
+                    // Steps that shrink by a quarter or more each arrive by themselves: then the last has a tenth of the five at most.
+                    let last = before[before.len() - 1] - self.sum.cost;
+                    if last > 0.1 * gained
+                        && gained < VALLEY.1 * self.sum.cost / (2 * self.sum.corners) as f64
+                    {
                         termination = Termination::CostConverged;
                         break;
                     }
