@@ -83,6 +83,7 @@ fn application(ctx: &Context, n: usize, folder: &Path) -> App {
             corners: observation.corners.iter().map(corner).collect(),
             black_first: true,
             ends: [true; 4],
+            dots: Vec::new(),
         };
         let inspection = Inspection {
             size_px: scene.camera.size_px,

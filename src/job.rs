@@ -36,6 +36,7 @@ use crate::calib::{
     },
     image::{Photo, Samples},
     report::Report,
+    screen,
     synth::{self, Scene},
     twin::{self, Outcome},
     undistort::{Framing, Interpolation, Rect, Straightener, largest_valid},
@@ -311,6 +312,10 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
     }
 }
 
+/// Of a picture of a display.
+const ON_SCREEN: &str = "a fine regular pattern lies over its white squares, as a screen has it: where its pixels and those of the camera \
+                         interfere, corners are off; print the board, or turn and move the camera until the pattern is gone";
+
 fn inspect(
     source: &Source,
     options: &detect::Options,
@@ -329,13 +334,17 @@ fn inspect(
     let start = Instant::now();
     let detection = detect::detect(&gray, options);
     let other = Other::beside(&gray, &detection);
+    let mut notes = picture.notes;
+    if detection.grid.as_ref().is_some_and(|grid| screen::is_shown(&gray, grid)) {
+        notes.push(ON_SCREEN.to_owned());
+    }
     Ok(Inspection {
         size_px,
         exif: picture.exif,
         bytes_hash: picture.bytes_hash,
         pixels_hash: picture.pixels_hash,
         thumbnail,
-        notes: picture.notes,
+        notes,
         detection,
         other,
         read_ms,

@@ -133,7 +133,7 @@ impl Steps {
             poses: self.calibration.views.iter().map(|v| v.camera_from_board).collect(),
         };
         start.params[0] *= 1.001;
-        let limits = Limits { iterations: 1, tolerance: 0.0, damping: 1e-3 };
+        let limits = Limits { iterations: 1, tolerance: 0.0, damping: 1e-3, enough: None };
         let once = || refine::refine(&problem, &start, limits, &mut || ControlFlow::Continue(()));
         (0..Self::COUNT).map(|_| once().expect("the start is good")).collect()
     }

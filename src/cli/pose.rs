@@ -84,18 +84,19 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (square, unit) =
         args.board.square.map(|s| (s.value, s.unit)).or(square).unwrap_or(args.board.square());
     let is_known = target.is_some();
+    let all: Vec<_> = entries.iter().collect();
     let mut warnings = Vec::new();
     let target = match target {
         Some(target) => Some(target),
-        None => {
-            let all: Vec<_> = entries.iter().collect();
-            assemble::target_of(&all, told.as_ref(), square, &mut warnings)?
-        }
+        None => assemble::target_of(&all, told.as_ref(), square, &mut warnings)?,
     };
     warnings.iter().for_each(|warning| say(&format!("warning: {}", warning.text)));
+    let dots = assemble::dots_of(&all, target.as_ref());
     let frames: Vec<FrameReport> = entries
         .iter()
-        .map(|entry| placed(assemble::frame(entry, target.as_ref()), &camera, residual, target.as_ref()))
+        .map(|entry| {
+            placed(assemble::frame(entry, target.as_ref(), &dots), &camera, residual, target.as_ref())
+        })
         .collect();
     let found = frames.iter().any(|f| f.included);
     let settings = Settings {

@@ -108,19 +108,17 @@ fn as_given(problem: &Problem, report: &mut dyn FnMut(f32) -> ControlFlow<()>) -
         steps += 1.0;
         report(1.0 - (-steps / 30.0).exp())
     };
-    let mut chosen = start::choose(problem, &views, &constraints, &mut tick)?;
-    if let Some(mut some) = start::some(&views)
-        && let Some(nearer) = unless_stopped(solve(
-            problem,
-            &mut some,
-            &mut Vec::new(),
-            &constraints,
-            &chosen.params,
-            &mut tick,
-        ))?
-    {
-        chosen.params = nearer.refined.state.params;
+    let simpler = start::simpler(problem);
+    let (first, held) = simpler.as_ref().map_or((problem, &constraints), |(p, c)| (p, c));
+    let mut chosen = start::choose(first, &views, held, &mut tick)?;
+    let nearer = [start::some(&views), simpler.is_some().then(|| views.clone())];
+    for mut views in nearer.into_iter().flatten() {
+        let fit = solve(first, &mut views, &mut Vec::new(), held, &chosen.params, &mut tick);
+        if let Some(fit) = unless_stopped(fit)? {
+            chosen.params = fit.refined.state.params;
+        }
     }
+    chosen.continue_to(setup.model, &constraints);
     let mut views = views;
     let mut fitted = solve(problem, &mut views, &mut set_aside, &constraints, &chosen.params, &mut tick)?;
     for rival in &chosen.rivals {

@@ -7,6 +7,7 @@
 mod assign;
 mod bridge;
 mod complete;
+mod dots;
 mod ends;
 pub mod gradient;
 mod grow;
@@ -25,6 +26,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Error, Result, image::Gray};
 pub use assign::{Assigned, BoardChoice, board_of};
+pub use dots::dots_of;
 use gradient::Window;
 
 /// How corners are refined below the pixel.
@@ -139,6 +141,9 @@ pub struct Grid {
     pub black_first: bool,
     /// Whether the board was seen to end beyond the first column, last column, first row, last row.
     pub ends: [bool; 4],
+    /// Squares with a dot of the other colour in their middle, by the cell of their first corner.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub dots: Vec<[u32; 2]>,
 }
 
 /// A corner of a [`Grid`].

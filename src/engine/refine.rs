@@ -168,6 +168,8 @@ pub struct Limits {
     pub tolerance: f64,
     /// Damping of the first step: small where the start is near the optimum.
     pub damping: f64,
+    /// Ends as soon as it is sure whether the cost falls below this.
+    pub enough: Option<f64>,
 }
 
 impl Limits {
@@ -175,7 +177,7 @@ impl Limits {
     /// than 1e-4 σ of every parameter (rounding of the sum allows no less than 1e-14).
     pub fn full(corners: usize) -> Self {
         let tolerance = (1e-9 / (2 * corners.max(1)) as f64).max(1e-14);
-        Self { iterations: 100, tolerance, damping: 1e-4 }
+        Self { iterations: 100, tolerance, damping: 1e-4, enough: None }
     }
 }
 

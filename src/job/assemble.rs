@@ -164,7 +164,8 @@ pub fn assemble(entries: &[Entry], wanted: &Wanted) -> Assembly {
         Ok(target) => (target, None),
         Err(error) => (None, Some(error)),
     };
-    let mut frames: Vec<FrameReport> = entries.iter().map(|e| frame(e, target.as_ref())).collect();
+    let dots = dots_of(&first_group, target.as_ref());
+    let mut frames: Vec<FrameReport> = entries.iter().map(|e| frame(e, target.as_ref(), &dots)).collect();
     for (k, group) in groups.iter().enumerate() {
         for i in members(k) {
             frames[i].group.clone_from(&group.name);
@@ -224,6 +225,13 @@ pub fn target_of(
     Ok(Some(Target::checkerboard(choice.size, square)))
 }
 
+/// Squares of a checkerboard that bear a dot, as the pictures show them.
+pub fn dots_of(entries: &[&Entry], target: Option<&Target>) -> Vec<[u32; 2]> {
+    let Some(Target::Checkerboard { size, .. }) = target else { return Vec::new() };
+    let grids: Vec<&Grid> = entries.iter().filter_map(|e| e.grid()).collect();
+    detect::dots_of(&grids, *size)
+}
+
 /// For each entry an earlier one with the same pixels or the very same corners.
 fn copies(entries: &[Entry]) -> Vec<Option<usize>> {
     let hashes: Vec<_> = entries.iter().map(|e| e.seen.as_ref().ok().and_then(|s| s.pixels_hash)).collect();
@@ -243,8 +251,8 @@ fn copies(entries: &[Entry]) -> Vec<Option<usize>> {
 /// Of a picture with two boards.
 const PASSED_OVER: &str = "a second checkerboard was passed over: the one with more corners was taken";
 
-/// What a picture shows of this board.
-pub fn frame(entry: &Entry, target: Option<&Target>) -> FrameReport {
+/// What a picture shows of this board, of which these squares bear a dot ([`detect::dots_of`]).
+pub fn frame(entry: &Entry, target: Option<&Target>, dots: &[[u32; 2]]) -> FrameReport {
     let (mut frame, seen) = begun(entry);
     let Some(seen) = seen else { return frame };
     let size = match target {
@@ -260,7 +268,7 @@ pub fn frame(entry: &Entry, target: Option<&Target>) -> FrameReport {
             frame.why = "corners were found, but not the size of the board: give --board".to_owned();
         }
         (Finding::Grid(Detection { grid: Some(grid), passed_over, light, .. }), Some(size)) => {
-            match grid.assign(size) {
+            match grid.assign(size, dots) {
                 Err(why) => frame.why = why,
                 Ok(assigned) => {
                     if *passed_over {

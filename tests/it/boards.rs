@@ -182,7 +182,7 @@ fn found_again(sheet: &Sheet) -> f64 {
             let grids =
                 pictures.each_ref().map(|p| detect::detect(p, &detect::Options::default()).grid.unwrap());
             assert_eq!(detect::board_of(&grids.iter().collect::<Vec<_>>()).unwrap().size, *size);
-            grids.iter().map(|g| g.assign(*size).unwrap().corners).collect()
+            grids.iter().map(|g| g.assign(*size, &[]).unwrap().corners).collect()
         }
         Target::Markers { board, .. } => {
             let sightings: Vec<Sighting> = pictures.iter().map(find).collect();
@@ -282,10 +282,10 @@ fn a_board_that_is_given_is_taken_and_what_the_pictures_contradict_is_told() {
         assert_eq!(warnings.len(), usize::from(!says.is_empty()), "{given}: {warnings:?}");
         assert!(warnings.iter().all(|w| w.text.contains(says)), "{given}: {warnings:?}");
         if says.is_empty() {
-            let found: Vec<_> = all.iter().map(|e| frame(e, Some(&target)).corners.len()).collect();
+            let found: Vec<_> = all.iter().map(|e| frame(e, Some(&target), &[]).corners.len()).collect();
             assert_eq!(found, [target.len(); 2], "{given}");
         } else {
-            let frames = all.iter().map(|e| frame(e, Some(&target)));
+            let frames = all.iter().map(|e| frame(e, Some(&target), &[]));
             assert!(frames.filter(|f| f.corners.len() == target.len()).count() == 0, "{given}");
         }
     }

@@ -81,10 +81,10 @@ fn every_board_that_opencv_finds_is_found_whole_within_a_pixel() {
         for (file, corners) in &set.images {
             let found = look(&folder.join(file));
             let grid = found.grid.unwrap_or_else(|| panic!("{name}/{file}: {}", found.why));
-            let mut assigned = grid.assign(board);
+            let mut assigned = grid.assign(board, &[]);
             // Photographed sideways, columns and rows of an even board change places.
             if assigned.is_err() {
-                assigned = grid.assign(BoardSize { cols: board.rows, rows: board.cols });
+                assigned = grid.assign(BoardSize { cols: board.rows, rows: board.cols }, &[]);
             }
             let assigned = assigned.unwrap_or_else(|why| panic!("{name}/{file}: {why}"));
             assert!(assigned.full, "{name}/{file}: {} corners", assigned.corners.len());
@@ -120,7 +120,7 @@ fn all_twenty_pictures_of_udacity_lane_are_used_at_least_in_part() {
     let Some(folder) = data("udacity_lane") else { return };
     for i in 1..=20 {
         let found = look(&folder.join(format!("calibration{i}.jpg")));
-        let part = found.grid.expect("a grid").assign("9x6".parse().unwrap());
+        let part = found.grid.expect("a grid").assign("9x6".parse().unwrap(), &[]);
         assert!(part.is_ok_and(|p| p.corners.len() >= 40), "calibration{i}");
     }
 }

@@ -149,7 +149,7 @@ impl Bench {
 fn look(picture: &Plane<u8>, scene: &Scene, options: &detect::Options) -> Seen {
     let none = |why: String| Seen { corners: Vec::new(), full: false, why };
     let detection = detect::detect(&Gray::U8(picture.clone()), options);
-    match detection.grid.map(|grid| grid.assign(scene.board.size)) {
+    match detection.grid.map(|grid| grid.assign(scene.board.size, &[])) {
         Some(Ok(assigned)) => Seen { full: assigned.full, corners: assigned.corners, why: String::new() },
         Some(Err(why)) => none(why),
         None => none(detection.why),

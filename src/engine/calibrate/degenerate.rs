@@ -91,7 +91,8 @@ fn excluded(
     // In steps, so that each start is close.
     const STEPS: i32 = 4;
     let mut at = fitted.refined.state.clone();
-    let mut cost = fitted.refined.cost;
+    // Rounding of coordinates is the least noise there can be.
+    let limit = fitted.refined.cost + (SIGNIFICANT * sigma0_px.max(1e-9)).powi(2);
     for _ in 0..STEPS {
         let slot = problem.free.slot(i);
         for j in 0..at.params.len() {
@@ -107,16 +108,18 @@ fn excluded(
                 }
             }
         }
-        let limits = Limits { iterations: 30, tolerance: 1e-6, damping: 1e-4 };
+        let limits = Limits { iterations: 30, tolerance: 1e-6, damping: 1e-4, enough: Some(limit) };
         // Where it does not even see the board, it fits worse.
         let Some(refined) = unless_stopped(refine::refine(&held, &at, limits, tick))? else {
             return Ok(true);
         };
-        (at, cost) = (refined.state, refined.cost);
+        if refined.cost > limit {
+            // Further on it fits still worse.
+            return Ok(true);
+        }
+        at = refined.state;
     }
-    // Rounding of coordinates is the least noise there can be.
-    let noise = sigma0_px.max(1e-9);
-    Ok(cost - fitted.refined.cost > (SIGNIFICANT * noise).powi(2))
+    Ok(false)
 }
 
 /// Largest angle between the normals of two boards, rad.

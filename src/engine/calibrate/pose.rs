@@ -9,6 +9,7 @@ use crate::{
     camera::Camera,
     dlt,
     observation::Corner,
+    p3p,
     pose::Pose,
     refine::{self, Free, Limits, State, block::Block},
     spread::Plane,
@@ -20,10 +21,10 @@ use crate::{
 ///
 /// Starts from the rays of the corners ([`zhang::pose_from_rays`]). A plane seen from afar fits nearly as well when its normal is
 /// mirrored about the line of sight, so both are refined and the better one is taken. Points that are not in a plane have a start of
-/// their own ([`dlt::pose`]).
+/// their own ([`dlt::pose`], below six [`p3p::consensus`]).
 ///
 /// # Errors
-/// [`Error::TooFewCorners`] below four, or below six that are not in a plane, [`Error::Invalid`] for corners that are not on the board or not finite,
+/// [`Error::TooFewCorners`] below four, [`Error::Invalid`] for corners that are not on the board or not finite,
 /// [`Error::Degenerate`] where corners lie on a line, no pose explains them, or the points are mirrored.
 pub fn pose_of(camera: &Camera, target: &Target, corners: &[Corner]) -> Result<(Pose, Vec<Vector2<f64>>)> {
     camera.validate()?;
@@ -53,9 +54,6 @@ pub fn pose_of(camera: &Camera, target: &Target, corners: &[Corner]) -> Result<(
         )
     };
     let plane = Plane::of(&sighted).ok_or_else(none)?;
-    if plane.is_solid() && corners.len() < dlt::POINTS {
-        return Err(Error::TooFewCorners { need: dlt::POINTS, got: corners.len() });
-    }
     let free = Free::none(camera.model);
     let refined = |board: &[Point3<f64>], pose: Pose| {
         let block = Block::new(board, &px);
@@ -65,7 +63,10 @@ pub fn pose_of(camera: &Camera, target: &Target, corners: &[Corner]) -> Result<(
     };
     let solid = if plane.is_uneven() { dlt::pose(&sighted, &rays) } else { None };
     let [first, second] = from_plane(&plane, &sighted, &rays);
-    let best = [first, second, solid.map(|s| s.pose)]
+    // Four or five points in space, or corners of which some are wrong.
+    let lost = first.is_none() || plane.is_uneven() && solid.is_none();
+    let agreed = if lost { p3p::consensus(&sighted, &rays) } else { None };
+    let best = [first, second, solid.map(|s| s.pose), agreed.map(|a| a.pose)]
         .into_iter()
         .flatten()
         .filter_map(|pose| refined(&board, pose))

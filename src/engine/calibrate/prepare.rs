@@ -3,11 +3,16 @@
 use nalgebra::{Matrix3, Point3, Vector2, Vector3};
 use std::{collections::BTreeMap, ops::ControlFlow};
 
-use super::{Options, Precision, Problem, robust::median, start::FISHEYE_FOCALS};
+use super::{
+    Options, Precision, Problem,
+    robust::median,
+    start::{FISHEYE_FOCALS, FOCALS},
+};
 use crate::{
     camera::{Model, Spec},
     dlt, homography,
     observation::{FrameId, Observation},
+    p3p::{self, Consensus},
     pose::Pose,
     refine::{self, Descent, Free, Limits, State, block::Block},
     spread::Plane,
@@ -41,6 +46,11 @@ impl Seen {
     pub(super) fn middle(&self) -> [f64; 2] {
         let n = self.board.len() as f64;
         (self.plane.flattened(&self.board).sum::<Vector2<f64>>() / n).into()
+    }
+
+    /// Distance of the first corner from the farthest, px.
+    fn extent_px(&self) -> f64 {
+        self.px.iter().map(|p| (p - self.px[0]).norm()).fold(0.0, f64::max)
     }
 
     /// The pose that the homography gives for `[fx, fy, cx, cy]`.
@@ -123,19 +133,12 @@ fn view(problem: &Problem, points: &[Point3<f64>], observation: &Observation) ->
     seen.plane = Plane::of(&seen.board)
         .ok_or("its points are not finite, or not in a plane in a browser: use the command line")?;
     let plane: Vec<_> = seen.plane.flattened(&seen.board).collect();
-    let extent = seen.px.iter().map(|p| (p - seen.px[0]).norm()).fold(0.0, f64::max);
+    let extent = seen.extent_px();
     let flat = homography::fit(&plane, &seen.px, homography_options(&problem.options));
     if seen.plane.is_uneven() {
         seen.projection = dlt::fit(&seen.board, &seen.px, problem.options.ransac);
     }
     if seen.plane.is_solid() {
-        if corners.len() < dlt::POINTS {
-            return Err(format!(
-                "{} points that are not in a plane: at least {} are needed",
-                corners.len(),
-                dlt::POINTS
-            ));
-        }
         seen.homography = flat.map(|fit| fit.matrix);
         seen.bent_px = solid_misfit(problem, &seen).ok_or("its points do not determine its pose")?;
     } else {
@@ -171,16 +174,24 @@ fn view(problem: &Problem, points: &[Point3<f64>], observation: &Observation) ->
 fn solid_misfit(problem: &Problem, seen: &Seen) -> Option<f64> {
     let setup = problem.cameras.first()?;
     let spec = setup.model.spec();
-    if spec.perspective {
+    let few = seen.board.len() < dlt::POINTS;
+    if spec.perspective && !few {
         return Some(seen.projection.as_ref()?.median_px);
     }
     let [w, h] = setup.size_px.map(f64::from);
     let misfit = |share: f64| {
         let f = share * w;
         let params = [&[f, f, (w - 1.0) / 2.0, (h - 1.0) / 2.0], spec.neutral].concat();
-        Some(f * seen.linear(spec, &params)?.rms_rad)
+        Some(
+            f * if few {
+                seen.consensus(spec, &params)?.typical_rad
+            } else {
+                seen.linear(spec, &params)?.rms_rad
+            },
+        )
     };
-    FISHEYE_FOCALS.into_iter().filter_map(misfit).reduce(f64::min)
+    let focals = if spec.perspective { FOCALS } else { FISHEYE_FOCALS };
+    focals.into_iter().filter_map(misfit).reduce(f64::min)
 }
 
 impl Seen {
@@ -208,6 +219,14 @@ impl Seen {
         dlt::pose(&board, &rays)
     }
 
+    /// The pose that most corners agree on, whatever the others say.
+    fn consensus(&self, spec: &Spec, params: &[f64]) -> Option<Consensus> {
+        let unit = |(board, ray): (&Point3<f64>, Vector3<f64>)| Some((*board, ray.try_normalize(0.0)?));
+        let (board, rays): (Vec<_>, Vec<_>) =
+            self.board.iter().zip(self.rays(spec, params)).filter_map(unit).unzip();
+        p3p::consensus(&board, &rays)
+    }
+
     /// Median distance of the corners from where a camera sees them, px; those that it does not see are infinitely far.
     fn misfit_px(&self, spec: &Spec, params: &[f64], pose: &Pose) -> f64 {
         let error = |(board, px): (&Point3<f64>, &Vector2<f64>)| {
@@ -231,6 +250,7 @@ pub(super) fn first_pose(view: &Seen, spec: &Spec, params: &[f64]) -> Option<Pos
     }
     let misfit = |pose: &Pose| view.misfit_px(spec, params, pose);
     let solid = view.linear(spec, params).map(|l| l.pose);
+    let solid = solid.or_else(|| Some(view.consensus(spec, params)?.pose));
     [solid, flat].into_iter().flatten().min_by(|a, b| misfit(a).total_cmp(&misfit(b)))
 }
 
@@ -248,6 +268,26 @@ fn flat_pose(view: &Seen, spec: &Spec, params: &[f64]) -> Option<Pose> {
     zhang::pose_from_rays(&plane, &rays).map(|pose| view.plane.camera_from_board(pose))
 }
 
+/// A lens may bend the picture of a board by this share of it.
+const BENT: f64 = 0.02;
+
+/// [`first_pose`]; where there is none, or most corners contradict it, the pose that most of them agree on, and the threshold of a loss
+/// that stands up to the others, px. A homography has looked for agreement already.
+fn agreed_pose(view: &Seen, spec: &Spec, params: &[f64]) -> Option<(Pose, Option<f64>)> {
+    let bent_px = BENT * view.extent_px();
+    let misfit = |pose: &Pose| view.misfit_px(spec, params, pose);
+    let first = first_pose(view, spec, params);
+    match first {
+        Some(pose) if spec.perspective || misfit(&pose) <= bent_px => Some((pose, None)),
+        _ => {
+            let agreed = view.consensus(spec, params).map(|c| c.pose);
+            let better =
+                [first, agreed].into_iter().flatten().min_by(|a, b| misfit(a).total_cmp(&misfit(b)))?;
+            Some((better, Some(bent_px)))
+        }
+    }
+}
+
 /// The pose of a view and a few steps with the camera held; `None` where none sees the corners.
 ///
 /// `memory` is kept from view to view.
@@ -258,11 +298,11 @@ pub(super) fn pose(
     memory: &mut Option<Descent>,
 ) -> Option<(Block, Pose)> {
     let block = view.block();
-    let pose = first_pose(view, model.spec(), params)?;
+    let (pose, huber_px) = agreed_pose(view, model.spec(), params)?;
     let free = Free::none(model);
     let start = State { params: params.to_vec(), poses: vec![pose] };
-    let limits = Limits { iterations: 2, tolerance: 1e-3, damping: 1e-6 };
-    let problem = alone(&block, model, &free);
+    let limits = Limits { iterations: 2, tolerance: 1e-3, damping: 1e-6, enough: None };
+    let problem = refine::Problem { huber_px, ..alone(&block, model, &free) };
     let descent = match memory {
         Some(descent) => {
             descent.restart(&problem, &start).ok()?;

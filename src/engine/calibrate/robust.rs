@@ -53,7 +53,8 @@ pub(super) fn fit(
     let mut scale_px = 0.0;
     let mut descent = Descent::new(&refine::Problem { blocks: &blocks, huber_px, ..*problem }, start)?;
     // The start is near already.
-    let mut limits = Limits { iterations: options.max_iterations, tolerance: 0.1, damping: 1e-7 };
+    let mut limits =
+        Limits { iterations: options.max_iterations, tolerance: 0.1, damping: 1e-7, enough: None };
     if robust || weighted {
         // Rounds until scale and weights stand still. In most rounds one step is enough: the scale moves less than that.
         let variances: Vec<f64> = if weighted {

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector2};
 use std::ops::ControlFlow;
 
 use super::{
-    Options, Problem,
+    CameraSetup, Options, Problem,
     options::Constraints,
     prepare::{Seen, first_pose},
     robust, unless_stopped,
@@ -25,10 +25,10 @@ use crate::{
 
 const VIEWS: usize = 8;
 const CORNERS: usize = 16;
-const ROUGH: Limits = Limits { iterations: 14, tolerance: 1e-2, damping: 1e-3 };
-const FINE: Limits = Limits { iterations: 20, tolerance: 1e-3, damping: 1e-6 };
+const ROUGH: Limits = Limits { iterations: 14, tolerance: 1e-2, damping: 1e-3, enough: None };
+const FINE: Limits = Limits { iterations: 20, tolerance: 1e-3, damping: 1e-6, enough: None };
 /// Focal lengths that are tried, in picture widths, from fisheye to tele; neighbours are not tried one after the other.
-const FOCALS: [f64; 5] = [0.6, 1.8, 0.35, 4.0, 1.0];
+pub(super) const FOCALS: [f64; 5] = [0.6, 1.8, 0.35, 4.0, 1.0];
 /// The same for lenses that need not be perspective ones: 0.25 widths are 230° over the picture, and less where the circle is smaller.
 pub(super) const FISHEYE_FOCALS: [f64; 5] = [0.35, 0.6, 0.25, 1.8, 1.0];
 /// Of these at least so many are tried…
@@ -138,6 +138,44 @@ pub(super) fn choose(
         closed_form,
         singular_values: linear.singular_values,
     })
+}
+
+/// The problem of Brown's five terms, where the model has those and more: what the others can say is little beside it, and the way
+/// from nothing is long for them, because numerator and denominator of a ratio nearly stand for each other. `None` for other models,
+/// and where what is fixed is not among the five.
+pub(super) fn simpler(problem: &Problem) -> Option<(Problem, Constraints)> {
+    let setup = problem.cameras.first()?;
+    let [simple, model] = [Model::Brown5, setup.model].map(|m| m.spec().params);
+    if model.len() <= simple.len() || !model.starts_with(simple) || setup.start.is_some() {
+        return None;
+    }
+    let Options { fixed, .. } = &problem.options;
+    let simple = CameraSetup { model: Model::Brown5, ..setup.clone() };
+    let constraints =
+        Constraints::new(fixed, simple.model, simple.size_px, None, simple.focal_hint_px).ok()?;
+    let problem = Problem {
+        cameras: vec![simple],
+        target: problem.target.clone(),
+        observations: Vec::new(),
+        options: problem.options.clone(),
+    };
+    Some((problem, constraints))
+}
+
+impl Chosen {
+    /// The same for a model that continues the parameters of the one it was chosen for.
+    pub(super) fn continue_to(&mut self, model: Model, constraints: &Constraints) {
+        let neutral = model.spec().neutral;
+        let extend = |params: &mut Vec<f64>| params.extend(&neutral[params.len() - 4..]);
+        for params in self.rivals.iter_mut().chain([&mut self.params]) {
+            extend(params);
+            constraints.apply(params);
+        }
+        if let Some(camera) = &mut self.closed_form.camera {
+            camera.model = model;
+            extend(&mut camera.params);
+        }
+    }
 }
 
 /// Refines; `None` where the start does not see the board.

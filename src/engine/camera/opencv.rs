@@ -32,8 +32,10 @@ struct By {
 struct Bent {
     xd: By,
     yd: By,
-    /// Derivatives by the terms, in OpenCV's order; the last two, of the tilt, are empty.
-    terms: [[f64; 2]; 12],
+    /// Directions in which the terms move them: along the radius, the two tangential ones, x, y.
+    ways: [[f64; 2]; 5],
+    /// Derivatives by the terms, in OpenCV's order without the tilt: which way, and how far.
+    terms: [(usize, f64); 12],
 }
 
 /// `q` has the terms that follow `fx fy cx cy`.
@@ -61,24 +63,22 @@ fn bent(q: &[f64; 14], x: f64, y: f64) -> Bent {
         x: cross + sy * x,
         y: c + 2.0 * yy * dc + 6.0 * p1 * y + 2.0 * p2 * x + sy * y,
     };
-    let (ax, ay) = (x * ib * r2, y * ib * r2);
-    let (bx, by) = (-c * ax, -c * ay);
-    let r2r2 = r4;
+    let ways = [[x * ib * r2, y * ib * r2], [xy2, ty], [tx, xy2], [r2, 0.0], [0.0, r2]];
     let terms = [
-        [ax, ay],
-        [ax * r2, ay * r2],
-        [xy2, ty],
-        [tx, xy2],
-        [ax * r2r2, ay * r2r2],
-        [bx, by],
-        [bx * r2, by * r2],
-        [bx * r2r2, by * r2r2],
-        [r2, 0.0],
-        [r4, 0.0],
-        [0.0, r2],
-        [0.0, r4],
+        (0, 1.0),
+        (0, r2),
+        (1, 1.0),
+        (2, 1.0),
+        (0, r4),
+        (0, -c),
+        (0, -c * r2),
+        (0, -c * r4),
+        (3, 1.0),
+        (3, r2),
+        (4, 1.0),
+        (4, r2),
     ];
-    Bent { xd, yd, terms }
+    Bent { xd, yd, ways, terms }
 }
 
 /// Ray in front of the camera → `1/z`, `x`, `y`; NaN elsewhere.
@@ -102,7 +102,10 @@ pub(super) fn at<const N: usize>(p: &[f64], point: [f64; 3]) -> At<N> {
     let [iz, x, y] = normalised(point);
     let b = bent(&terms::<N>(p), x, y);
     let by = |d: By| [d.x * iz, d.y * iz, -(d.x * x + d.y * y) * iz];
-    At::scaled(p, [b.xd.v, b.yd.v], [by(b.xd), by(b.yd)], |k| b.terms[k])
+    At::scaled(p, [b.xd.v, b.yd.v], [by(b.xd), by(b.yd)], |k| {
+        let (way, far) = b.terms[k];
+        b.ways[way].map(|d| d * far)
+    })
 }
 
 /// [`at`] without derivatives.
@@ -153,10 +156,14 @@ fn at_tilted_by([t, t_by_tx, t_by_ty]: &[Matrix3<f64>; 3], p: &[f64], point: [f6
     let (by_x, by_y) = (through(b.xd.x, b.yd.x), through(b.xd.y, b.yd.y));
     let by = |i: usize| [by_x[i] * iz, by_y[i] * iz, -(by_x[i] * x + by_y[i] * y) * iz];
     let (by_tx, by_ty) = (moved(t_by_tx * d), moved(t_by_ty * d));
+    let ways = b.ways.map(|[dx, dy]| through(dx, dy));
     At::scaled(p, [xt, yt], [by(0), by(1)], |k| match k {
         12 => by_tx,
         13 => by_ty,
-        _ => through(b.terms[k][0], b.terms[k][1]),
+        _ => {
+            let (way, far) = b.terms[k];
+            ways[way].map(|d| d * far)
+        }
     })
 }
 

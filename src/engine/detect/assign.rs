@@ -1,6 +1,6 @@
 //! From grids to boards: which size the board has, and which corner is which.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -80,6 +80,12 @@ struct Placement {
     offset: [u32; 2],
 }
 
+/// All ways to lay a grid, given in its four turns, on a board without contradiction.
+fn all_placements(turned: &[Grid; 4], size: BoardSize) -> Vec<Placement> {
+    let of = |turns: usize| turned[turns].placements(size).map(move |offset| Placement { turns, offset });
+    (0..4).flat_map(of).collect()
+}
+
 impl Grid {
     /// The same grid turned by quarter turns: what were rows become columns, counted so that it is not mirrored.
     pub(super) fn turned(&self, turns: usize) -> Self {
@@ -100,6 +106,7 @@ impl Grid {
             // The first cell was the last of the first row, and the square before it lies across that one's edge.
             black_first: self.black_first == (columns % 2 == 0),
             ends: [top, bottom, right, left],
+            dots: self.dots.iter().map(|[c, r]| [*r, columns - 2 - c]).collect(),
         };
         quarter.turned(turns % 4 - 1)
     }
@@ -117,19 +124,21 @@ impl Grid {
             .unwrap_or_else(|| self.clone())
     }
 
-    /// Gives corners their indices on a board of `size` inner corners.
+    /// Gives corners their indices on a board of `size` inner corners with dots in the squares of these first corners.
     ///
     /// A part of a board is used where every index is certain: its place follows from borders that are seen, from the size,
-    /// and from the colours.
+    /// from the colours, and from the dots, if it shows one.
     ///
     /// # Errors
     /// One sentence that says why the grid is not used: another size (`found 8x6, asked 9x6`), too small a part, or a part
     /// whose place on the board is not certain.
-    pub fn assign(&self, size: BoardSize) -> Result<Assigned, String> {
+    pub fn assign(&self, size: BoardSize, dots: &[[u32; 2]]) -> Result<Assigned, String> {
         let turned = [0, 1, 2, 3].map(|turns| self.turned(turns));
-        let placements: Vec<Placement> = (0..4)
-            .flat_map(|turns| turned[turns].placements(size).map(move |offset| Placement { turns, offset }))
-            .collect();
+        let mut placements = all_placements(&turned, size);
+        let agrees = |p: &Placement| turned[p.turns].agrees(dots, p.offset);
+        if !self.dots.is_empty() && placements.iter().any(agrees) {
+            placements.retain(agrees);
+        }
         let Some(first) = placements.first() else { return Err(self.misfit(size)) };
         let enough = self.corners.len() >= FEWEST && self.size.iter().all(|n| *n >= 3);
         if !enough && self.corners.len() < size.len() {
@@ -159,6 +168,29 @@ impl Grid {
         let best = all.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
         let corners = best.map(|b| b.1).unwrap_or_default();
         Ok(Assigned { full: corners.len() == size.len(), corners, order_is_a_choice })
+    }
+
+    /// Squares with a dot, by column and row of the board, for each way to lay the whole grid on it; each ascending by row, then column.
+    pub(super) fn dots_on(&self, size: BoardSize) -> Vec<Vec<[u32; 2]>> {
+        let turned = [0, 1, 2, 3].map(|turns| self.turned(turns));
+        let dots = |p: &Placement| {
+            let [c, r] = p.offset;
+            let mut dots: Vec<_> = turned[p.turns].dots.iter().map(|d| [d[0] + c, d[1] + r]).collect();
+            order::by(&mut dots, |d| [d[1], d[0]].map(f64::from));
+            dots
+        };
+        all_placements(&turned, size).iter().map(dots).collect()
+    }
+
+    /// Whether of the squares with four corners those have a dot that have one on the board, with this grid, unturned, laid at `offset`.
+    fn agrees(&self, dots: &[[u32; 2]], [c, r]: [u32; 2]) -> bool {
+        let cells: BTreeSet<[u32; 2]> = self.corners.iter().map(|c| c.cell).collect();
+        let is_whole = |[c, r]: &[u32; 2]| {
+            [[*c, *r], [c + 1, *r], [*c, r + 1], [c + 1, r + 1]].iter().all(|k| cells.contains(k))
+        };
+        let expected =
+            dots.iter().filter_map(|d| Some([d[0].checked_sub(c)?, d[1].checked_sub(r)?])).filter(is_whole);
+        expected.collect::<BTreeSet<_>>() == self.dots.iter().copied().collect()
     }
 
     /// Offsets at which this grid, unturned, lies on a board without contradiction.
@@ -255,6 +287,7 @@ mod tests {
             corners: corners.collect(),
             black_first: (c0 + r0) % 2 == 0,
             ends,
+            dots: Vec::new(),
         };
         grid.turned(turns)
     }
@@ -279,7 +312,7 @@ mod tests {
     #[test]
     fn colours_tell_the_order_of_whole_boards() {
         for turns in 0..4 {
-            let assigned = part("9x6", [0, 9], [0, 6], turns, false).assign(size("9x6")).unwrap();
+            let assigned = part("9x6", [0, 9], [0, 6], turns, false).assign(size("9x6"), &[]).unwrap();
             assert!(assigned.full && !assigned.order_is_a_choice && right(&assigned, size("9x6")), "{turns}");
         }
     }
@@ -289,7 +322,7 @@ mod tests {
         for board in ["8x6", "7x5", "12x12"] {
             let b = size(board);
             for turns in 0..4 {
-                let assigned = part(board, [0, b.cols], [0, b.rows], turns, true).assign(b).unwrap();
+                let assigned = part(board, [0, b.cols], [0, b.rows], turns, true).assign(b, &[]).unwrap();
                 assert!(
                     assigned.full && assigned.order_is_a_choice && right(&assigned, b),
                     "{board} {turns}"
@@ -304,28 +337,28 @@ mod tests {
         for turns in 0..4 {
             // Two borders that meet and more columns than the board has rows, or all rows and one border.
             for (c, r) in [([0, 7], [0, 4]), ([2, 9], [2, 6]), ([0, 7], [0, 6]), ([2, 9], [0, 6])] {
-                let assigned = part("9x6", c, r, turns, true).assign(nine).unwrap();
+                let assigned = part("9x6", c, r, turns, true).assign(nine, &[]).unwrap();
                 assert!(!assigned.full && right(&assigned, nine), "{c:?} {r:?} {turns}");
             }
             // All columns but no border: by the colours the missing row may be at either side.
-            let why = part("9x6", [0, 9], [0, 5], turns, false).assign(nine).unwrap_err();
+            let why = part("9x6", [0, 9], [0, 5], turns, false).assign(nine, &[]).unwrap_err();
             assert!(why.contains("not certain"), "{why}");
-            assert!(part("9x6", [2, 7], [1, 5], turns, true).assign(nine).is_err());
+            assert!(part("9x6", [2, 7], [1, 5], turns, true).assign(nine, &[]).is_err());
             // At a corner of the board that is seen, either side may be the long one.
-            assert!(part("9x6", [0, 5], [0, 4], turns, true).assign(nine).is_err());
+            assert!(part("9x6", [0, 5], [0, 4], turns, true).assign(nine, &[]).is_err());
         }
         let twelve = size("12x12");
-        assert!(part("12x12", [0, 12], [3, 12], 1, true).assign(twelve).is_ok());
-        assert!(part("12x12", [0, 12], [3, 12], 1, false).assign(twelve).is_err());
+        assert!(part("12x12", [0, 12], [3, 12], 1, true).assign(twelve, &[]).is_ok());
+        assert!(part("12x12", [0, 12], [3, 12], 1, false).assign(twelve, &[]).is_err());
     }
 
     #[test]
     fn too_small_a_part_is_refused() {
-        let why = part("9x6", [0, 3], [0, 3], 0, true).assign(size("9x6")).unwrap_err();
+        let why = part("9x6", [0, 3], [0, 3], 0, true).assign(size("9x6"), &[]).unwrap_err();
         assert!(why.contains("only 9 corners"), "{why}");
-        assert!(part("9x6", [0, 2], [0, 6], 0, true).assign(size("9x6")).is_err());
+        assert!(part("9x6", [0, 2], [0, 6], 0, true).assign(size("9x6"), &[]).is_err());
         // A whole small board is a board.
-        assert!(part("3x3", [0, 3], [0, 3], 0, true).assign(size("3x3")).unwrap().full);
+        assert!(part("3x3", [0, 3], [0, 3], 0, true).assign(size("3x3"), &[]).unwrap().full);
     }
 
     #[test]
@@ -335,10 +368,10 @@ mod tests {
             ("10x7", "found 9x6, asked 10x7"),
             ("6x8", "found 6x9, asked 6x8"),
         ] {
-            assert_eq!(part("9x6", [0, 9], [0, 6], 1, true).assign(size(asked)), Err(said.to_owned()));
+            assert_eq!(part("9x6", [0, 9], [0, 6], 1, true).assign(size(asked), &[]), Err(said.to_owned()));
         }
         // 6x9 is 9x6 turned, with another meaning of the index.
-        assert!(part("9x6", [0, 9], [0, 6], 0, true).assign(size("6x9")).is_ok_and(|a| a.full));
+        assert!(part("9x6", [0, 9], [0, 6], 0, true).assign(size("6x9"), &[]).is_ok_and(|a| a.full));
     }
 
     #[test]

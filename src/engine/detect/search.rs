@@ -7,6 +7,7 @@ use nalgebra::Vector2;
 use super::{
     Detection, Grid, GridCorner, Light, Refinement,
     complete::{Fitted, complete},
+    dots::dots,
     ends::ends,
     gradient,
     grow::{Field, Lattice},
@@ -156,11 +157,13 @@ impl Found {
             })
             .collect();
         refine_again(picture, &self.fitted, refinement, &mut corners);
+        let dots = dots(picture, &corners);
         let grid = Grid {
             size: [(c1 - c0 + 1) as u32, (r1 - r0 + 1) as u32],
             corners,
             black_first: is_black([c0, r0]),
             ends: ends(picture, &self.fitted, self.goes_on),
+            dots,
         };
         grid.upright()
     }

@@ -2,9 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
+
 use super::*;
 use crate::{
     image::Plane,
+    pose::Pose,
     synth::{self, Renderer, Scene},
     target::BoardSize,
 };
@@ -51,7 +54,7 @@ fn every_view_of_the_document_is_found_whole_with_its_indices() {
         for view in 0..scene.poses.len() {
             let found = find(renderer.render(view).unwrap());
             let grid = found.grid.unwrap_or_else(|| panic!("{degrade} view {view}: {}", found.why));
-            let assigned = grid.assign(size("9x6")).unwrap();
+            let assigned = grid.assign(size("9x6"), &[]).unwrap();
             assert!(assigned.full && !assigned.order_is_a_choice, "{degrade} view {view}");
             all.extend(errors(&scene, view, &assigned));
         }
@@ -74,7 +77,7 @@ fn parts_of_boards_are_used_with_the_right_indices() {
         let renderer = Renderer::new(&scene).unwrap();
         for view in [0, 3, 7, 9, 12] {
             let Some(grid) = find(renderer.render(view).unwrap()).grid else { continue };
-            if let Ok(part) = grid.assign(size("9x6")) {
+            if let Ok(part) = grid.assign(size("9x6"), &[]) {
                 let e = errors(&scene, view, &part);
                 assert!(e.iter().all(|e| *e < 0.2), "{shift:?} view {view}: {e:?}");
                 used += usize::from(!part.full);
@@ -96,7 +99,7 @@ fn hidden_corners_are_missing_not_wrong() {
     let mut missing = 0;
     for view in 0..6 {
         let grid = find(renderer.render(view).unwrap()).grid.unwrap();
-        if let Ok(part) = grid.assign(size("9x6")) {
+        if let Ok(part) = grid.assign(size("9x6"), &[]) {
             let e = errors(&scene, view, &part);
             // An edge of the occluder through a corner's strips moves it a little.
             assert!(e.iter().all(|e| *e < 1.0), "view {view}: {e:?}");
@@ -134,7 +137,7 @@ fn what_lies_over_a_board_is_not_taken_for_its_end() {
                 );
                 ends += 1;
             }
-            if let Ok(part) = grid.assign(size("9x6")) {
+            if let Ok(part) = grid.assign(size("9x6"), &[]) {
                 assert!(errors(&scene, view, &part).iter().all(|e| *e < 1.0), "seed {seed} view {view}");
                 used += 1;
             }
@@ -160,7 +163,7 @@ fn both_sides_of_a_board_that_is_cut_in_two_are_used() {
             picture.row_mut(y)[left as usize - 4..right as usize + 4].fill(70);
         }
         let grid = find(picture).grid.unwrap();
-        let part = grid.assign(size("9x6")).unwrap_or_else(|why| panic!("view {view}: {why}"));
+        let part = grid.assign(size("9x6"), &[]).unwrap_or_else(|why| panic!("view {view}: {why}"));
         assert!(errors(&scene, view, &part).iter().all(|e| *e < 1.0), "view {view}");
         let column = |c: u32| part.corners.iter().filter(|k| k.index % 9 == c).count();
         assert!(column(0) == 6 && column(8) == 6, "view {view}: {} corners", part.corners.len());
@@ -182,7 +185,7 @@ fn sigma_is_true_whatever_the_noise() {
         let (mut sum, mut n) = (0.0, 0.0);
         for view in 0..scene.poses.len() {
             let truth = scene.corners_px(view);
-            let found = find(renderer.render(view).unwrap()).grid.unwrap().assign(size("9x6")).unwrap();
+            let found = find(renderer.render(view).unwrap()).grid.unwrap().assign(size("9x6"), &[]).unwrap();
             for c in &found.corners {
                 sum += (truth[c.index as usize].unwrap() - c.px).norm_squared()
                     / (2.0 * c.sigma_px * c.sigma_px);
@@ -228,7 +231,7 @@ fn depth_and_rotation_do_not_matter() {
     let scene = scene("");
     let picture = synth::render(&scene, 7).unwrap();
     let by_index = |picture: Gray| -> BTreeMap<u32, Vector2<f64>> {
-        let assigned = detect(&picture, &Options::default()).grid.unwrap().assign(size("9x6")).unwrap();
+        let assigned = detect(&picture, &Options::default()).grid.unwrap().assign(size("9x6"), &[]).unwrap();
         assigned.corners.iter().map(|c| (c.index, c.px)).collect()
     };
     let plain = by_index(Gray::U8(picture.clone()));
@@ -250,7 +253,7 @@ fn ablations_are_less_exact() {
     let picture = Gray::U8(synth::render(&scene, 1).unwrap());
     let error = |text: &str, presmooth_px: f64| {
         let options = Options { refinement: text.parse().unwrap(), presmooth_px };
-        let assigned = detect(&picture, &options).grid.unwrap().assign(size("9x6")).unwrap();
+        let assigned = detect(&picture, &options).grid.unwrap().assign(size("9x6"), &[]).unwrap();
         rms(&errors(&scene, 1, &assigned))
     };
     let [strip, adaptive, seven, off] = ["strip", "gradient", "gradient7", "off"].map(|t| error(t, 0.0));
@@ -306,5 +309,83 @@ fn of_two_boards_the_larger_is_taken_and_the_other_is_told() {
     for found in [beside(&left, &right), beside(&right, &left)] {
         let grid = found.grid.unwrap();
         assert_eq!((grid.size, grid.corners.len(), found.passed_over), ([9, 6], 54, true));
+    }
+}
+
+/// Squares with a dot on the radon checkerboard of OpenCV's `gen_pattern.py` (15 x 10 squares), by their first corner.
+const RADON: [[u32; 2]; 3] = [[6, 3], [6, 4], [7, 4]];
+
+/// Boards of OpenCV's radon kind, whole and in part, either way round.
+fn radon(board: &str) -> Scene {
+    let mut scene = scene("blur=0.7,noise=3");
+    scene.board.size = size(board);
+    let [[x0, x1], [y0, y1]] = scene.board.extent_squares();
+    let half = [x1 - x0 - 1.0, y1 - y0 - 1.0].map(|squares| 0.5 * squares * scene.board.square);
+    let pose = |[x, y, z]: [f64; 3], [tilt, turn, roll]: [f64; 3]| {
+        let turned = Pose::from_euler_deg([tilt, turn, roll], Vector3::zeros());
+        let place = Vector3::new(x, y, z) - turned.rotation * Vector3::new(half[0], half[1], 0.0);
+        let angles_deg = [tilt, turn, roll];
+        synth::ScenePose { angles_deg, translation: place.into(), description: String::new() }
+    };
+    scene.poses = [0.0, 180.0]
+        .into_iter()
+        .flat_map(|roll| {
+            let whole =
+                [pose([0.0, 0.0, 850.0], [10.0, -15.0, roll]), pose([0.0, 10.0, 900.0], [-20.0, 5.0, roll])];
+            let part = [
+                pose([0.0, 0.0, 380.0], [5.0, 10.0, roll]),
+                pose([60.0, 30.0, 420.0], [-15.0, 10.0, roll + 20.0]),
+                pose([-50.0, 20.0, 400.0], [15.0, -10.0, roll - 80.0]),
+            ];
+            whole.into_iter().chain(part)
+        })
+        .collect();
+    scene
+}
+
+fn dotted(scene: &Scene, view: usize) -> Plane<u8> {
+    const PARTS: i32 = 4;
+    let light = Renderer::new(scene).unwrap().light(view).unwrap();
+    let at = crate::screen::tests::places(scene, view);
+    let (w, h) = (light.width(), light.height());
+    let sum = f32::from(scene.board.levels.black) + f32::from(scene.board.levels.white);
+    let light = Plane::from_fn(w, h, |x, y| {
+        let [p, across, down] = [at.at(x, y), at.at((x + 1).min(w - 1), y), at.at(x, (y + 1).min(h - 1))];
+        let mut covered = 0;
+        for i in 0..PARTS * PARTS {
+            let [u, v] = [i % PARTS, i / PARTS].map(|k| (k as f32 + 0.5) / PARTS as f32 - 0.5);
+            let [a, b] = [0, 1].map(|k| p[k] + (across[k] - p[k]) * u + (down[k] - p[k]) * v);
+            let is_in = |[c, r]: &[u32; 2]| (a - *c as f32 - 0.5).hypot(b - *r as f32 - 0.5) < 0.17;
+            covered += i32::from(RADON.iter().any(is_in));
+        }
+        let share = covered as f32 / (PARTS * PARTS) as f32;
+        light.at(x, y) * (1.0 - share) + (sum - light.at(x, y)) * share
+    });
+    scene.degrade.apply(light, scene, view).unwrap()
+}
+
+#[test]
+fn dots_tell_which_part_of_a_board_is_seen() {
+    for board in ["14x9", "14x8"] {
+        let scene = radon(board);
+        let b = size(board);
+        let grids: Vec<Grid> =
+            (0..scene.poses.len()).map(|view| find(dotted(&scene, view)).grid.unwrap()).collect();
+        let dots = dots_of(&grids.iter().collect::<Vec<_>>(), b);
+        // Columns + rows of 14x8 are even: it has two orders, of which the other has the first list.
+        let turned = board == "14x8";
+        assert_eq!(dots, if turned { vec![[5, 2], [6, 2], [6, 3]] } else { RADON.to_vec() });
+        let (mut whole, mut parts) = (0, 0);
+        for (view, grid) in grids.iter().enumerate() {
+            let mut found = grid.assign(b, &dots).unwrap_or_else(|why| panic!("{board} view {view}: {why}"));
+            assert!(!found.order_is_a_choice, "{board} view {view}");
+            if turned {
+                found.corners.iter_mut().for_each(|c| c.index = b.len() as u32 - 1 - c.index);
+            }
+            assert!(errors(&scene, view, &found).iter().all(|e| *e < 0.3), "{board} view {view}");
+            whole += usize::from(found.full);
+            parts += usize::from(!found.full && grid.assign(b, &[]).is_err());
+        }
+        assert!(whole == 4 && parts >= 4, "{board}: {whole} whole, {parts} parts that only the dots place");
     }
 }

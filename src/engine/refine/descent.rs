@@ -17,6 +17,11 @@ use crate::{
 };
 
 const LARGEST_DAMPING: f64 = 1e12;
+/// A way that does not end: so many accepted steps together lower the cost by less than this share of the variance of a coordinate. One
+/// variance is a distance of one σ, so what lies further on differs by less than σ of what the corners do not determine.
+const VALLEY: (usize, f64) = (5, 0.25);
+/// Steps for which damping is not lowered after it was too low.
+const PATIENCE: u32 = 3;
 
 /// A refinement under way, with all the memory that it needs. Between two runs weights and loss may change ([`Descent::reweigh`]);
 /// the number of views and of their corners, and what is free, stay.
@@ -129,8 +134,10 @@ impl Descent {
     ) -> Result<Termination> {
         let mut damping = self.damping.unwrap_or(limits.damping);
         let mut termination = Termination::IterationLimit;
+        let mut patience = 0u32;
+        let mut before = Vec::new(); // costs before each accepted step
         let mut nearly = false; // the first step from the current point promised next to nothing
-        for _ in 0..limits.iterations {
+        for i in 0..limits.iterations {
             if report().is_break() {
                 return Err(Error::Stopped);
             }
@@ -163,6 +170,7 @@ impl Descent {
                 let promise = step.predicted / self.sum.cost;
                 std::mem::swap(&mut self.at, &mut self.next);
                 std::mem::swap(&mut self.squares, &mut self.next_squares);
+                before.push(self.sum.cost);
                 (self.sum, self.fresh) = (trial, false);
                 self.record(damping, true);
                 // What the next step would promise, if steps go on to shrink as they did. Huber's loss hardly lets them shrink by
@@ -177,7 +185,28 @@ impl Descent {
                     termination = Termination::StepConverged;
                     break;
                 }
-                damping = if gain > 0.5 { (damping * 0.1).max(1e-14) } else { damping * 2.0 };
+                if before.len() >= VALLEY.0 {
+                    let gained = before[before.len() - VALLEY.0] - self.sum.cost;
+                    // Steps that shrink by a quarter or more each arrive by themselves: then the last has a tenth of the five at most.
+                    let last = before[before.len() - 1] - self.sum.cost;
+                    if last > 0.1 * gained
+                        && gained < VALLEY.1 * self.sum.cost / (2 * self.sum.corners) as f64
+                    {
+                        termination = Termination::CostConverged;
+                        break;
+                    }
+                    // None of the steps that are left gains more than these together.
+                    let least = self.sum.cost - (limits.iterations - i) as f64 * gained;
+                    if limits.enough.is_some_and(|enough| self.sum.cost < enough || least > enough) {
+                        break;
+                    }
+                }
+                damping = match gain > 0.5 {
+                    true if patience > 0 => damping,
+                    true => (damping * 0.1).max(1e-14),
+                    false => damping * 2.0,
+                };
+                patience = patience.saturating_sub(1);
             } else {
                 self.record(damping, false);
                 if nearly || step.largest_px <= f64::EPSILON * self.largest_px {
@@ -186,6 +215,7 @@ impl Descent {
                     termination = Termination::GradientConverged;
                     break;
                 }
+                patience = if before.len() < VALLEY.0 { 0 } else { PATIENCE };
                 damping *= 10.0;
                 if damping > LARGEST_DAMPING {
                     termination = Termination::Stuck;

@@ -11,7 +11,7 @@ fn grid(size: [u32; 2], at: f64) -> Grid {
         px: Vector2::new(at + 20.0 * f64::from(cell[0]), at + 20.0 * f64::from(cell[1])),
         sigma_px: 0.05,
     };
-    Grid { size, corners: cells.map(corner).collect(), black_first: true, ends: [true; 4] }
+    Grid { size, corners: cells.map(corner).collect(), black_first: true, ends: [true; 4], dots: Vec::new() }
 }
 
 fn entry(file: &str, size_px: [u32; 2], grid: Option<Grid>, hash: u128) -> Entry {

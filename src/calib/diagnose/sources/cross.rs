@@ -104,7 +104,7 @@ fn solved(capture: &Capture<'_>, keep: &dyn Fn(usize) -> bool) -> Option<(Camera
         params: camera.params.clone(),
         poses: kept.iter().map(|&i| views[i].camera_from_board).collect(),
     };
-    let limits = Limits { iterations: 20, tolerance: 1e-6, damping: 1e-7 };
+    let limits = Limits { iterations: 20, tolerance: 1e-6, damping: 1e-7, enough: None };
     let end = refine::refine(&problem, &start, limits, &mut || ControlFlow::Continue(())).ok()?;
     let covariance = refine::information(&problem, &end.state)?.cholesky()?.inverse();
     Some((Camera { params: end.state.params, ..camera.clone() }, covariance))
