@@ -371,7 +371,7 @@ impl<'s, 'a> Others<'s, 'a> {
             }
             none => none.insert(Descent::new(&problem, &self.start).ok()?),
         };
-        let limits = Limits { iterations: 1, tolerance: 1e-9, damping: 1e-9 };
+        let limits = Limits { iterations: 1, tolerance: 1e-9, damping: 1e-9, enough: None };
         let mut first = None;
         for _ in 0..STEPS {
             if *loss == Loss::Huber {

@@ -6,11 +6,9 @@ use super::{Format, common};
 use crate::calib::image::Photo;
 
 pub(super) fn decode(bytes: &[u8], format: Format, notes: &mut Vec<String>) -> Result<Photo, String> {
-    common(bytes, format, notes, |at, _| {
-        Ok(if format == Format::Bmp {
-            Box::new(BmpDecoder::new(at)?)
-        } else {
-            Box::new(WebPDecoder::new(at)?)
-        })
-    })
+    if format == Format::Bmp {
+        common(bytes, format, notes, |at, _| Ok(Box::new(BmpDecoder::new(at)?)))
+    } else {
+        common(bytes, format, notes, |at, _| Ok(Box::new(WebPDecoder::new(at)?)))
+    }
 }
