@@ -54,8 +54,9 @@ fn of_good_pictures_is_chance() {
     assert!(list.iter().all(|v| !matches!(v.role, Role::Harmful | Role::HarmlessOutlier)), "{list:?}");
     let ratio = |v: &Influence| (v.moves_px / v.by_chance_px).powi(2);
     let mean = list.iter().map(ratio).sum::<f64>() / list.len() as f64;
-    // The chance is that of one direction: between one and two of it in both.
-    assert!((0.5..3.0).contains(&mean), "{mean}");
+    // The chance is that of one direction: between one and two of it in both, each a square of a normal number or a few, so that
+    // the mean of 15 scatters by a third.
+    assert!((0.3..3.0).contains(&mean), "{mean}");
 }
 
 /// A picture that is stretched contradicts all others, though its own error says little of it.

@@ -208,7 +208,7 @@ fn what_determines_no_camera_is_refused() {
     let rig = folder(250.0, 1);
     let few = |t: &str| t.lines().take(6).map(|l| format!("{l}\n")).collect::<String>();
     let text = spoiled(rig.path(), "seen.csv", few, 1);
-    assert!(text.contains("5 points that are not in a plane: at least 6 are needed"), "{text}");
+    assert!(text.contains("5 corners for 8 unknowns"), "{text}");
     let plate = folder(0.0, 1);
     let text = spoiled(plate.path(), "seen.csv", str::to_owned, 1);
     assert!(text.contains("1 usable view, at least 2 are needed"), "{text}");
