@@ -7,8 +7,6 @@
 mod outline;
 mod shown;
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -45,7 +43,8 @@ impl SafeRegion {
         let [w, h] = camera.size_px.map(f64::from);
         let diagonal = w.hypot(h);
         let (limit_px, far_px) = (LIMIT * diagonal, FAR * diagonal);
-        let (sigma_log, corners) = (SigmaLog::new(uncertainty, [w, h]), Near::new(corners_px, far_px));
+        let (sigma_log, corners) =
+            (SigmaLog::new(uncertainty, [w, h]), Near::new(corners_px, [w, h], far_px));
         // How far beyond the bounds: up to 0 is safe.
         let beyond = |px: &Vector2<f64>| {
             if camera.unproject(px).is_none() {
@@ -120,29 +119,37 @@ fn area(polygon: &[[f64; 2]]) -> f64 {
 /// Corners by the square cell that they lie in, as large as what is still near: only neighbouring cells need to be looked through.
 struct Near {
     cell_px: f64,
-    cells: BTreeMap<[i32; 2], Vec<Vector2<f64>>>,
+    /// Columns and rows; what lies beyond the picture is in the outermost.
+    size: [usize; 2],
+    cells: Vec<Vec<Vector2<f64>>>,
 }
 
 impl Near {
-    fn new(corners_px: &[Vector2<f64>], cell_px: f64) -> Self {
-        let mut near = Self { cell_px, cells: BTreeMap::new() };
+    fn new(corners_px: &[Vector2<f64>], picture: [f64; 2], cell_px: f64) -> Self {
+        let size = picture.map(|n| (n / cell_px) as usize + 1);
+        let mut near = Self { cell_px, size, cells: vec![Vec::new(); size[0] * size[1]] };
         for corner in corners_px {
-            let cell = near.cell(corner);
-            near.cells.entry(cell).or_default().push(*corner);
+            let [i, j] = near.cell(corner);
+            near.cells[j * size[0] + i].push(*corner);
         }
         near
     }
 
-    fn cell(&self, px: &Vector2<f64>) -> [i32; 2] {
-        [px.x, px.y].map(|v| (v / self.cell_px).floor() as i32)
+    fn cell(&self, px: &Vector2<f64>) -> [usize; 2] {
+        std::array::from_fn(|axis| ((px[axis] / self.cell_px) as usize).min(self.size[axis] - 1))
     }
 
     /// Distance of the nearest corner, px; of those farther than two cells, some larger number.
     fn distance(&self, px: &Vector2<f64>) -> f64 {
+        let [columns, rows] = self.size;
         let [i, j] = self.cell(px);
-        let around = (i - 2..=i + 2).flat_map(|i| self.cells.range([i, j - 2]..=[i, j + 2]));
-        let squares = around.flat_map(|(_, corners)| corners).map(|corner| (corner - px).norm_squared());
-        squares.fold(f64::INFINITY, f64::min).sqrt()
+        let mut least = f64::INFINITY;
+        for row in j.saturating_sub(2)..(j + 3).min(rows) {
+            for corners in &self.cells[row * columns..][i.saturating_sub(2)..(i + 3).min(columns)] {
+                least = corners.iter().fold(least, |least, corner| least.min((corner - px).norm_squared()));
+            }
+        }
+        least.sqrt()
     }
 }
 

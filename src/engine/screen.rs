@@ -8,13 +8,12 @@
 //! P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra", IEEE Trans. Audio 15(2), 1967; the largest of
 //! M values of a periodogram: R. A. Fisher, "Tests of significance in harmonic analysis", Proc. R. Soc. A 125, 1929.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector2;
 
 use super::{
     detect::{Grid, GridCorner},
     image::Gray,
+    order,
 };
 
 /// Sides of the windows in squares, px, of which the largest that fits is taken; multiples of 8, or JPEG's blocks have no frequency.
@@ -74,7 +73,7 @@ impl Square {
 
 /// The brighter ones of the squares that have all four corners.
 fn white_squares(picture: &Gray, grid: &Grid) -> Vec<Square> {
-    let at: BTreeMap<[u32; 2], Vector2<f64>> = grid.corners.iter().map(|c| (c.cell, c.px)).collect();
+    let at = order::map(grid.corners.iter().map(|c| (c.cell, c.px)));
     let mut colours: [Vec<Square>; 2] = Default::default();
     let mut light = [0.0; 2];
     for GridCorner { cell: [c, r], px, .. } in &grid.corners {

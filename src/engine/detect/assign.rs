@@ -1,6 +1,6 @@
 //! From grids to boards: which size the board has, and which corner is which.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -184,13 +184,13 @@ impl Grid {
 
     /// Whether of the squares with four corners those have a dot that have one on the board, with this grid, unturned, laid at `offset`.
     fn agrees(&self, dots: &[[u32; 2]], [c, r]: [u32; 2]) -> bool {
-        let cells: BTreeSet<[u32; 2]> = self.corners.iter().map(|c| c.cell).collect();
+        let cells = order::set(self.corners.iter().map(|c| c.cell));
         let is_whole = |[c, r]: &[u32; 2]| {
             [[*c, *r], [c + 1, *r], [*c, r + 1], [c + 1, r + 1]].iter().all(|k| cells.contains(k))
         };
         let expected =
             dots.iter().filter_map(|d| Some([d[0].checked_sub(c)?, d[1].checked_sub(r)?])).filter(is_whole);
-        expected.collect::<BTreeSet<_>>() == self.dots.iter().copied().collect()
+        order::set(expected) == order::set(self.dots.iter().copied())
     }
 
     /// Offsets at which this grid, unturned, lies on a board without contradiction.

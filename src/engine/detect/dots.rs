@@ -3,8 +3,6 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector2;
-
 use super::{Grid, GridCorner, complete::level_at};
 use crate::{
     image::{Plane, Sample},
@@ -22,7 +20,7 @@ const SMALLEST: f64 = 12.0;
 
 /// Squares of a grid that bear a dot, by the cell of their first corner, by row, then column.
 pub(super) fn dots<T: Sample>(picture: &Plane<T>, corners: &[GridCorner]) -> Vec<[u32; 2]> {
-    let at: BTreeMap<[u32; 2], Vector2<f64>> = corners.iter().map(|c| (c.cell, c.px)).collect();
+    let at = order::map(corners.iter().map(|c| (c.cell, c.px)));
     let mut squares = Vec::new();
     let (mut light, mut count) = ([0.0; 2], [0.0; 2]);
     for ([c, r], first) in &at {
