@@ -106,16 +106,11 @@ export class Page {
     }
   }
 
-  // Clicks the middle of a button, or of what `wanted` accepts, once it stays where it is: a dialog still grows while it opens.
+  // Clicks the middle of a button, or of what `wanted` accepts.
   async click(wanted) {
     const fits = typeof wanted === 'string' ? node => node.role.includes('Button') && !node.disabled && words(node) === wanted : wanted;
-    for (let last = ''; ;) {
-      const { x, y, w, h } = await this.see(fits);
-      const place = [x, y, w, h].join();
-      if (place === last) return this.page.mouse.click(x + w / 2, y + h / 2);
-      last = place;
-      await this.page.evaluate(() => new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(drawn, 20)))));
-    }
+    const { x, y, w, h } = await this.see(fits);
+    await this.page.mouse.click(x + w / 2, y + h / 2);
   }
 
   // Clicks and answers the file that is downloaded: { name, path, bytes }.
@@ -141,14 +136,19 @@ export class Page {
     }, given);
   }
 
-  // Waits until nothing moves any more, and takes a picture.
-  async picture(file) {
+  // Waits until nothing moves any more: a dialog still grows while it opens.
+  async still() {
     for (let last, same = 0; same < 3;) {
       const now = await this.page.evaluate(() => window.seen());
       same = now === last ? same + 1 : 0;
       last = now;
       await this.page.waitForTimeout(100);
     }
+  }
+
+  // Takes a picture of what does not move any more.
+  async picture(file) {
+    await this.still();
     return this.page.screenshot(file ? { path: file } : {});
   }
 

@@ -69,7 +69,9 @@ async function looks(b, page, name) {
 // The whole result, through the export dialog.
 async function exported(page) {
   await page.click('Export…');
+  await page.still();
   await page.click(node => words(node) === 'Straightedge JSON');
+  await page.still();
   const file = await page.download('Save…');
   await page.click('Close');
   return file;
