@@ -13,7 +13,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use super::{Error, Result, camera::Camera, order, pose::Pose, solution::Calibration, target::Target};
-pub use chi2::chi2_below;
+pub use chi2::{chi2_below, ln_chi2_above};
 pub use indistinct::indistinct;
 pub use trend::{Trend, trend};
 

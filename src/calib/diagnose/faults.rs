@@ -6,10 +6,11 @@
 //! unknowns are determined,
 //!
 //! ```text
-//! surprise = x − m − m ln(x/m) − 2 ln(alternatives · hypotheses),    P(by chance) ≤ exp(−surprise/2)
+//! surprise = −2 ln P(χ²ₘ > x) − 2 ln(alternatives · hypotheses),    P(by chance) ≤ exp(−surprise/2)
 //! ```
 //!
-//! which is Chernoff's bound on the tail of χ², corrected for all that was tried (Bonferroni). The noise is what is left *with* the
+//! corrected for all that was tried (Bonferroni). Where each picture may have values of its own, x is the fall for their scatter, one
+//! width ([`Linear::scatter_likelihood`]): so many free values would hide it. The noise is what is left *with* the
 //! hypothesis, and as smooth displacements see it: corners of one picture err alike, and then everything smooth is more likely than
 //! white noise says. The most likely hypothesis is taken in, and the others are tried again beside it. A fault must also move the
 //! projection map, or it is not worth a word, though it is taken in like the others: what it explains would hide them.
@@ -30,7 +31,8 @@ use serde::{Deserialize, Serialize};
 
 use super::map::Map;
 use crate::calib::{
-    camera::Camera, number::significant, report::Report, solution::Calibration, target::Target,
+    camera::Camera, number::significant, report::Report, solution::Calibration, stats::ln_chi2_above,
+    target::Target,
 };
 use column::Column;
 use linear::{At, Fit, Fixed, Linear, Term};
@@ -65,16 +67,14 @@ pub struct Fault {
     pub frames: Vec<usize>,
 }
 
-/// Surprise from which a fault is none by chance: once in a hundred captures at most, as bounds are added up.
-const SURPRISING: f64 = 9.0;
+/// Surprise from which a fault is none by chance, −2 ln 0.01: once in a hundred captures at most, as chances are added up.
+const SURPRISING: f64 = 9.21;
 /// Share of the map's uncertainty by which a fault must move it…
 const NOTABLE: f64 = 0.3;
 /// …and the least that is worth a word, px.
 const NOTABLE_PX: f64 = 0.003;
 /// Fall of the squares, in units of the noise, that a hypothesis must bring for each of its unknowns to be preferred to another.
 const PENALTY: f64 = 2.5;
-/// Share of the fall that counts, to be preferred, of a hypothesis with two unknowns for each picture: they explain a part of anything.
-const OF_EACH: f64 = 0.8;
 /// Gain for each of its unknowns from which such a hypothesis is believed.
 const OF_EACH_GAIN: f64 = 3.0;
 /// Faults that are found at most.
@@ -152,6 +152,8 @@ struct Best {
     unknowns: usize,
     /// Fall of the squares, px².
     fall: f64,
+    /// Where each picture has values of its own: twice the logarithm of the likelihood of their scatter.
+    scatter: Option<f64>,
     /// How far the map moves, and how far beyond chance, px.
     moved_px: f64,
     moves_px: f64,
@@ -164,7 +166,11 @@ impl Best {
     }
 
     fn surprise(&self) -> f64 {
-        surprise(self.gain(), self.unknowns) - 2.0 * ((self.alternatives * HYPOTHESES.len()) as f64).ln()
+        // A width cannot be below 0: half of the chances.
+        let own = self
+            .scatter
+            .map_or_else(|| surprise(self.gain(), self.unknowns), |l| surprise(l, 1) + 2.0 * 2f64.ln());
+        own - 2.0 * ((self.alternatives * HYPOTHESES.len()) as f64).ln()
     }
 
     /// Whether it has two unknowns for each picture. (A focal length for each is not so easily satisfied: a board that bends displaces its
@@ -177,8 +183,10 @@ impl Best {
     /// To compare hypotheses that all are beyond chance: the fall for the same noise, less for each unknown (H. Akaike, 1974, who takes
     /// 2; which alternative it is counts as one).
     fn rank(&self, noise: f64) -> f64 {
-        let own = if self.is_of_each() { OF_EACH } else { 1.0 };
-        own * self.fall / noise - PENALTY * (self.unknowns + usize::from(self.alternatives > 1)) as f64
+        if let Some(likelihood) = self.scatter {
+            return likelihood * self.fit.noise / noise - PENALTY;
+        }
+        self.fall / noise - PENALTY * (self.unknowns + usize::from(self.alternatives > 1)) as f64
     }
 }
 
@@ -263,11 +271,15 @@ impl<'a> Capture<'a> {
                 fit,
                 unknowns,
                 fall,
+                scatter: None,
                 moved_px: 0.0,
                 moves_px: 0.0,
             })
         });
         let mut best = fits.max_by(|a, b| a.fall.total_cmp(&b.fall))?;
+        if best.views.is_empty() && best.terms.iter().all(Term::is_alone) {
+            best.scatter = linear.scatter_likelihood(base, &best.terms, &best.theta, best.fit.noise);
+        }
         // Beside what is in already.
         let mut alone = best.fit.clone();
         alone.intrinsics -= &known.intrinsics;
@@ -298,7 +310,9 @@ impl<'a> Capture<'a> {
         }
         // What explains leaves less noise; where the steps ran away it is more.
         if fit.noise < known.noise && known.left - fit.left > 0.5 * best.fall {
-            best.fall = known.left - fit.left;
+            let fall = known.left - fit.left;
+            best.scatter = best.scatter.map(|l| l * fall / best.fall * best.fit.noise / fit.noise);
+            best.fall = fall;
             best.theta =
                 at.theta[base.len()..].iter().zip(&fit.theta[base.len()..]).map(|(a, b)| a + b).collect();
             best.fit.noise = fit.noise;
@@ -337,10 +351,9 @@ impl<'a> Capture<'a> {
     }
 }
 
-/// Chernoff's bound: −2 ln P(χ² > x) with `m` degrees of freedom.
+/// −2 ln P(χ² > x) with `m` degrees of freedom.
 fn surprise(x: f64, m: usize) -> f64 {
-    let m = m as f64;
-    if x > m { x - m - m * (x / m).ln() } else { 0.0 }
+    -2.0 * ln_chi2_above(x, m)
 }
 
 /// Every hypothesis with what the pictures say about it: those found first, in the order of their evidence, then the others.

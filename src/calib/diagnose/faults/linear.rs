@@ -11,7 +11,7 @@
 //! A fault is a set of [`Term`]s: an elementary column with a factor for each view. Its normal equations are sums of entries of S, so
 //! any number of faults costs one pass over the corners.
 
-use nalgebra::{DMatrix, DVector, Matrix2x6, Matrix6xX, Point3, Vector2, Vector3};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix2x6, Matrix6xX, Point3, Vector2, Vector3};
 
 use super::column::{Column, Place};
 use crate::calib::{
@@ -28,6 +28,8 @@ const SMOOTH_DEGREE: i32 = 2;
 const SMOOTH: usize = 12;
 /// Share of a column (of its square) that must be left beside the others for it to count.
 const INDEPENDENT: f64 = 1e-4;
+/// Halvings of its variance at which a scatter is tried.
+const WIDTHS: i32 = 6;
 
 /// One elementary column, the same unknown in several views, each with its factor.
 #[derive(Clone, Debug)]
@@ -133,6 +135,21 @@ pub(super) struct Linear<'a> {
     views: Vec<Reduced>,
 }
 
+/// Normal equations of some terms, the poses and intrinsics eliminated from `s_ee` and `g_e`.
+struct Normal {
+    own: Cholesky<f64, Dyn>,
+    s_be: DMatrix<f64>,
+    s_ee: DMatrix<f64>,
+    g_b: DVector<f64>,
+    g_e: DVector<f64>,
+    /// How the intrinsics answer to each term.
+    answer: DMatrix<f64>,
+    /// Diagonal of `s_ee` before the intrinsics were eliminated.
+    before: Vec<f64>,
+    /// Sum of weighted squares, px².
+    squares: f64,
+}
+
 /// The best values of some terms.
 #[derive(Clone, Debug)]
 pub(super) struct Fit {
@@ -177,8 +194,8 @@ impl<'a> Linear<'a> {
         self.views.iter().fold(zero, |sum, v| sum + v.s.view((0, 0), (b, b)))
     }
 
-    /// Fits terms beside the intrinsics and all poses; `None` where those are not determined.
-    pub(super) fn fit(&self, terms: &[Term]) -> Option<Fit> {
+    /// Normal equations of terms beside the intrinsics and all poses; `None` where those are not determined.
+    fn normal(&self, terms: &[Term]) -> Option<Normal> {
         let (b, m, r) = (self.fixed.free, terms.len(), self.residual());
         let own = self.intrinsics().cholesky()?;
         let (mut s_be, mut s_ee) = (DMatrix::zeros(b, m), DMatrix::zeros(m, m));
@@ -205,13 +222,20 @@ impl<'a> Linear<'a> {
             }
         }
         let answer = own.solve(&s_be);
-        let before: Vec<f64> = (0..m).map(|k| s_ee[(k, k)]).collect();
+        let before: Vec<f64> = s_ee.diagonal().iter().copied().collect();
         s_ee -= s_be.transpose() * &answer;
         g_e -= answer.transpose() * &g_b;
+        Some(Normal { own, s_be, s_ee, g_b, g_e, answer, before, squares })
+    }
+
+    /// Fits terms beside the intrinsics and all poses; `None` where those are not determined.
+    pub(super) fn fit(&self, terms: &[Term]) -> Option<Fit> {
+        let (b, m) = (self.fixed.free, terms.len());
+        let Normal { own, s_be, s_ee, g_b, g_e, answer, before, squares } = self.normal(terms)?;
         let mut right = DMatrix::zeros(m, 1 + b);
         right.set_column(0, &g_e);
         right.columns_mut(1, b).copy_from(&answer.transpose());
-        let Solved { theta, gain, rank, right } = solve(s_ee, &before, right);
+        let Solved { theta, gain, rank, right, .. } = solve(s_ee, &before, right);
         let scatter = right.columns(1, b).into_owned();
         let intrinsics = own.solve(&(&g_b - &s_be * DVector::from_vec(theta.clone())));
         let unknowns = b + 6 * self.views.len() + rank;
@@ -220,6 +244,41 @@ impl<'a> Linear<'a> {
         let white = left / freedom as f64;
         let noise = self.shared_noise(terms, &theta, &intrinsics).max(white);
         Some(Fit { theta, intrinsics, scatter, left, rank, noise })
+    }
+
+    /// Twice the logarithm of the likelihood that the values of `own` are drawn from a normal distribution about 0, as wide as makes it
+    /// largest, over that of none of them, beside terms that are in: what a scatter explains without any value of its own
+    /// (N. M. Laird, J. H. Ware, "Random-effects models for longitudinal data", Biometrics 38, 1982). `theta` are their free values,
+    /// `noise` is the variance of a coordinate, px².
+    pub(super) fn scatter_likelihood(
+        &self,
+        base: &[Term],
+        own: &[Term],
+        theta: &[f64],
+        noise: f64,
+    ) -> Option<f64> {
+        let normal = self.normal(&[base, own].concat())?;
+        let (from, m) = (base.len(), base.len() + own.len());
+        let first = |n: usize, s_ee: DMatrix<f64>| {
+            solve(s_ee, &normal.before[..n], DMatrix::from_column_slice(n, 1, &normal.g_e.as_slice()[..n]))
+        };
+        let known = first(from, normal.s_ee.view((0, 0), (from, from)).into_owned()).gain;
+        // As wide as the values are, where they are known best, and narrower.
+        let known_by: Vec<f64> = (from..m).map(|k| normal.s_ee[(k, k)]).collect();
+        let widest =
+            known_by.iter().zip(theta).map(|(a, v)| a * v * v).sum::<f64>() / known_by.iter().sum::<f64>();
+        let likelihood = |variance: f64| {
+            let mut s_ee = normal.s_ee.clone();
+            (from..m).for_each(|k| s_ee[(k, k)] += noise / variance);
+            let solved = first(m, s_ee);
+            let roots = solved.roots[from..].iter().filter(|r| **r > 0.0);
+            let widths: f64 = roots.map(|r| (r * r * variance / noise).ln()).sum();
+            (solved.gain - known) / noise - widths
+        };
+        (-1..WIDTHS)
+            .map(|k| likelihood(widest * 0.5f64.powi(k)))
+            .filter(|l| l.is_finite())
+            .max_by(f64::total_cmp)
     }
 
     /// Variance of a coordinate in what is left, from smooth displacements of each view: where neighbours err alike it is larger than
@@ -390,6 +449,8 @@ fn reduced(fixed: &Fixed, at: &At, terms: &[Term], i: usize) -> Option<Reduced> 
 }
 
 struct Solved {
+    /// Diagonal of L; 0 where an unknown is left out.
+    roots: Vec<f64>,
     theta: Vec<f64>,
     gain: f64,
     rank: usize,
@@ -437,5 +498,6 @@ fn solve(mut a: DMatrix<f64>, before: &[f64], mut h: DMatrix<f64>) -> Solved {
         let later: f64 = (k + 1..m).map(|i| a[(i, k)] * theta[i]).sum();
         theta[k] = (h[(k, 0)] - later) / a[(k, k)];
     }
-    Solved { theta, gain, rank, right: h }
+    let roots = (0..m).map(|k| if kept[k] { a[(k, k)] } else { 0.0 }).collect();
+    Solved { roots, theta, gain, rank, right: h }
 }
