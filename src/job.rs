@@ -109,7 +109,6 @@ pub enum Job {
     /// What to photograph next.
     Advise(Box<Evidence>, Goal),
     /// Draw what this calibration is of so many times anew, and calibrate that.
-    #[cfg_attr(target_arch = "wasm32", serde(skip))]
     Twin(Box<Report>, u32),
     /// Compare camera models on what would be calibrated.
     Compare(Box<Case>),
@@ -182,7 +181,6 @@ pub enum Output {
     /// Of [`Job::Advise`].
     Advice(Box<Advice>),
     /// Of [`Job::Twin`].
-    #[cfg_attr(target_arch = "wasm32", serde(skip))]
     Twin(Box<Outcome>),
     /// Of [`Job::Compare`].
     Compared(Box<Comparison>),
@@ -278,13 +276,8 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
             Ok(Output::Evidence(found))
         }
         Job::Advise(found, goal) => Ok(Output::Advice(Box::new(evidence::advised(&found, goal)))),
-        Job::Twin(of, runs) if evidence::TWINS => {
-            twin::run(&of, runs as usize, &mut |share| report(Progress(share)))
-                .map(|o| Output::Twin(Box::new(o)))
-        }
-        Job::Twin(..) => {
-            Err(Error::Invalid("twins are drawn by the desktop program: straightedge twin".to_owned()))
-        }
+        Job::Twin(of, runs) => twin::run(&of, runs as usize, &mut |share| report(Progress(share)))
+            .map(|o| Output::Twin(Box::new(o))),
         Job::Compare(case) => evidence::compared(&case, &mut |share| report(Progress(share)))
             .map(|c| Output::Compared(Box::new(c))),
         Job::Look { source } => Ok(Output::Raster(Raster::of(source.read(Colours::Keep)?.photo))),

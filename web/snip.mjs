@@ -1,10 +1,16 @@
 // Empties functions that the page never calls, though the compiler cannot know it: they trap.
-//   node web/snip.mjs FILE.wasm PATTERN...
-// A pattern is part of a function's name as the name section has it. Nothing else of the file changes; what only those functions
+//   node web/snip.mjs FILE.wasm PATTERN... [--return PATTERN...]
+// A pattern is part of a function's name as the name section has it. Functions after --return may be called, have no result, and do
+// nothing. Nothing else of the file changes; what only those functions
 // called is left to wasm-opt.
 import fs from 'node:fs';
 
-const [file, ...patterns] = process.argv.slice(2);
+const [file, ...given] = process.argv.slice(2);
+// No locals; `unreachable` or nothing; `end`.
+const [TRAP, RETURN] = [[3, 0, 0, 11], [2, 0, 11]].map(body => Buffer.from(body));
+const patterns = new Map();
+let instead = TRAP;
+for (const word of given) word === '--return' ? (instead = RETURN) : patterns.set(word, instead);
 const bytes = fs.readFileSync(file);
 let at = 8;
 
@@ -45,7 +51,7 @@ if (imports) {
   for (let n = number(); n > 0; n--) { text(); text(); skip[bytes[at++]](); }
 }
 
-const emptied = new Set(), met = new Set();
+const emptied = new Map(), met = new Set();
 for (const { start, end } of sections.filter(s => s.id === 0)) {
   at = start;
   if (text() !== 'name') continue;
@@ -56,14 +62,15 @@ for (const { start, end } of sections.filter(s => s.id === 0)) {
       for (let n = number(); n > 0; n--) {
         const index = number();
         const name = text();
-        const pattern = patterns.find(pattern => name.includes(pattern));
-        if (pattern) emptied.add(index - imported), met.add(pattern);
+        // What holds such a thing, or could, is dropped nevertheless.
+        const pattern = !name.includes('drop_in_place') && [...patterns.keys()].find(pattern => name.includes(pattern));
+        if (pattern) emptied.set(index - imported, patterns.get(pattern)), met.add(pattern);
       }
     }
     at = next;
   }
 }
-const unmet = patterns.filter(pattern => !met.has(pattern));
+const unmet = [...patterns.keys()].filter(pattern => !met.has(pattern));
 if (unmet.length) throw new Error(`${file}: no function has ${unmet} in its name: look what it is called now, or drop it`);
 
 const code = sections.find(s => s.id === 10);
@@ -74,8 +81,7 @@ for (let i = 0; i < count; i++) {
   const begin = at;
   const length = number();
   at += length;
-  // No locals, `unreachable`, `end`.
-  bodies.push(emptied.has(i) ? Buffer.from([3, 0, 0, 11]) : bytes.subarray(begin, at));
+  bodies.push(emptied.get(i) ?? bytes.subarray(begin, at));
 }
 const body = Buffer.concat(bodies);
 fs.writeFileSync(file, Buffer.concat([bytes.subarray(0, 8), ...sections.flatMap(s => s === code

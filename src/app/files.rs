@@ -88,21 +88,15 @@ fn camera_extensions() -> Vec<&'static str> {
     FORMATS.iter().flat_map(|f| f.usual).copied().collect()
 }
 
-/// Whether a second calibration is compared: not in the page, which would be larger for it.
-pub const COMPARES: bool = cfg!(not(target_arch = "wasm32"));
-
 /// Whether the name of a file is that of a camera file to compare with.
 pub fn is_camera(path: &Path) -> bool {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    COMPARES && extension.is_some_and(|e| camera_extensions().contains(&e.as_str()))
+    extension.is_some_and(|e| camera_extensions().contains(&e.as_str()))
 }
 
 /// What opening a camera file comes to.
 fn camera(path: &Path, text: Result<String>) -> Action {
     let name = path.display().to_string();
-    if !COMPARES {
-        return tell_bad(format!("{name}: calibrations are compared by the desktop program"));
-    }
     match text.and_then(|text| format::read(&text, &name)) {
         Ok(file) => Action::Beside(Box::new(Beside {
             name: path.file_name().map_or(name, |n| n.to_string_lossy().into_owned()),

@@ -15,7 +15,6 @@ use super::{
     style::{font, icon},
     widgets::{icon_button, text, toggle},
 };
-use crate::job::evidence::TWINS;
 
 /// A page of the lab.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,12 +36,6 @@ static PARTS: [(Part, &str, fn(&mut Cx<'_>, &mut Ui)); 4] = [
     (Part::Starts, "Several starts", starts::show),
     (Part::Twin, "Twin", twin::show),
 ];
-
-/// Those that there are.
-fn parts() -> &'static [(Part, &'static str, fn(&mut Cx<'_>, &mut Ui))] {
-    // The last one is that of twins.
-    if TWINS { &PARTS } else { &PARTS[..PARTS.len() - 1] }
-}
 
 /// Draws the window, where it is open.
 pub fn show(cx: &mut Cx<'_>, ui: &Ui) {
@@ -69,7 +62,7 @@ pub fn show(cx: &mut Cx<'_>, ui: &Ui) {
                 ui.label(text("Lab", font::semibold(font::LEAD), t.ink));
                 ui.add_space(8.0);
                 ui.spacing_mut().item_spacing.x = 1.0;
-                for &(this, name, _) in parts() {
+                for &(this, name, _) in &PARTS {
                     if toggle(ui, t, this == part, name).clicked() {
                         cx.show(|s| s.lab = Some(this));
                     }
@@ -81,7 +74,7 @@ pub fn show(cx: &mut Cx<'_>, ui: &Ui) {
                 });
             });
             ui.add_space(6.0);
-            for (_, _, draw) in parts().iter().filter(|p| p.0 == part) {
+            for (_, _, draw) in PARTS.iter().filter(|p| p.0 == part) {
                 draw(cx, ui);
             }
         });

@@ -18,7 +18,7 @@ use crate::{
     job::{
         Job, Key, Request, Source,
         assemble::Entry,
-        evidence::{Case, Known, SOURCES},
+        evidence::{Case, Known},
     },
 };
 
@@ -272,7 +272,7 @@ impl State {
 
     /// Then it is asked what may be wrong.
     fn sourcing(&self) -> Option<Request> {
-        let answer = self.settled().filter(|a| a.weighed && !a.sourced && SOURCES)?;
+        let answer = self.settled().filter(|a| a.weighed && !a.sourced)?;
         let evidence = Box::new(answer.evidence.clone());
         Some(Request { key: Kind::Sources.key(answer.key.0), job: Job::Sources(evidence) })
     }

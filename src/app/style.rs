@@ -322,6 +322,23 @@ pub fn signed(t: &Tokens, share: f64) -> Color32 {
 mod tests {
     use super::*;
 
+    /// `web/small.sh` takes out of the page what other fonts would need.
+    #[test]
+    fn fonts_are_plain_outlines() {
+        const PLAIN: [&[u8]; 11] = [
+            b"OS/2", b"cmap", b"gasp", b"glyf", b"head", b"hhea", b"hmtx", b"loca", b"maxp", b"name", b"post",
+        ];
+        for (name, font) in fonts().font_data {
+            let number = |at: usize| usize::from(u16::from_be_bytes([font.font[at], font.font[at + 1]]));
+            for at in (0..number(4)).map(|i| 12 + 16 * i) {
+                let (tag, offset) = (&font.font[at..at + 4], (number(at + 8) << 16) | number(at + 10));
+                assert!(PLAIN.contains(&tag), "{name}: table {}", tag.escape_ascii());
+                // Size of the longest program of a glyph.
+                assert!(tag != b"maxp" || number(offset + 26) == 0, "{name} has instructions");
+            }
+        }
+    }
+
     /// WCAG 2 contrast.
     fn contrast(a: Color32, b: Color32) -> f64 {
         let light = |c: Color32| {

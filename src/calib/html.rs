@@ -41,7 +41,7 @@ pub fn page(report: &Report) -> String {
         body += &section("Coverage", &(tables::coverage(solution) + &figures::coverage(report, solution)));
         body += &section("Distortion", &figures::distortion(&solution.camera));
     }
-    if let Some(sources) = report.sources.as_ref().filter(|_| !cfg!(target_arch = "wasm32")) {
+    if let Some(sources) = &report.sources {
         body += &section("Sources of error", &tables::sources(sources));
     }
     if let Some(comparison) = &report.models {

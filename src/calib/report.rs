@@ -61,7 +61,6 @@ pub struct Report {
     pub models: Option<calibrate::Comparison>,
     /// What the calibration may err by, and what was found to be wrong; absent where that was not asked.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(target_arch = "wasm32", serde(skip))]
     pub sources: Option<Sources>,
     /// What to photograph next, where that was asked.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -48,7 +48,7 @@ impl Observations {
     pub fn from_csv(text: &str, file: &str, target: Option<&PointSet>) -> Result<Self> {
         let table = Table::new(text, file, &["image", "id", "u", "v"], &["sigma"])?;
         let named: BTreeMap<&str, u32> = target
-            .map(|t| t.names().iter().zip(0..).map(|(name, i)| (name.as_str(), i)).collect())
+            .map(|t| order::map(t.names().iter().zip(0..).map(|(name, i)| (name.as_str(), i))))
             .unwrap_or_default();
         let mut positions = BTreeMap::<String, usize>::new();
         let mut frames: Vec<(String, BTreeMap<u32, (usize, Corner)>)> = Vec::new();

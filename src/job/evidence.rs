@@ -150,7 +150,7 @@ pub fn evidence(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     report.timing_ms.calibrate = ms_since(begun);
     let calibration = match solved {
         Ok((calibration, target)) => {
-            if SURFACES && case.residual_map {
+            if case.residual_map {
                 report.with_residual_map(&calibration, &target);
             }
             if let Some(truth) = &case.truth {
@@ -223,11 +223,6 @@ pub fn with_influence(found: &mut Evidence, tick: &mut dyn FnMut(f32) -> Control
     Ok(())
 }
 
-/// Whether sources of error are measured: not in the page, which would be larger for it.
-pub const SOURCES: bool = cfg!(not(target_arch = "wasm32"));
-/// Whether twins of a capture are drawn: neither.
-pub const TWINS: bool = SOURCES;
-
 /// Adds the seven sources of error and the faults behind them, and what follows from those.
 ///
 /// # Errors
@@ -236,9 +231,6 @@ pub fn with_sources(found: &mut Evidence, tick: &mut dyn FnMut(f32) -> ControlFl
     let (Some(calibration), Some(target)) = (&found.calibration, found.report.settings.target()) else {
         return Ok(());
     };
-    if !SOURCES {
-        return Ok(());
-    }
     let mut stopped = false;
     found.report.sources = sources::of(&found.report, calibration, &target, &mut |share| {
         let flow = tick(share);
@@ -268,9 +260,6 @@ pub fn compared(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     let (mut report, mut assembly) = sort_out(case);
     leave_out(case, &mut report, &mut assembly);
     let problem = assembly.problem.and_then(|p| start_fits(p, case))?;
-    if !SURFACES {
-        return calibrate::compare(&problem, &CANDIDATES, tick);
-    }
     let mut comparison = calibrate::compare(&problem, &CANDIDATES, &mut |part| tick(0.7 * part))?;
     let rest = &mut |part: f32| tick(0.7 + 0.3 * part);
     match calibrate::splined(&problem, comparison.recommended, COLUMNS, rest) {
@@ -279,9 +268,6 @@ pub fn compared(case: &Case, tick: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Re
     }
     Ok(comparison)
 }
-
-/// Whether surfaces are fitted, for splined cameras and residual maps: not in the page, which would be larger for it.
-pub const SURFACES: bool = cfg!(not(target_arch = "wasm32"));
 
 /// How a splined camera would fare in pictures that it was not fitted to, from `model` on.
 ///

@@ -175,11 +175,10 @@ fn parallel_prefixes<'a>(names: impl Iterator<Item = &'a (String, String)>) -> B
         let shared = a.intersection(b).count();
         shared >= 2 && 2 * shared >= a.len().min(b.len())
     };
-    numbers
-        .iter()
-        .filter(|(prefix, n)| numbers.iter().any(|(other, m)| other != *prefix && parallel(n, m)))
-        .map(|(prefix, _)| (*prefix).to_owned())
-        .collect()
+    let beside = |(prefix, n): &(&&str, &BTreeSet<&str>)| {
+        numbers.iter().any(|(other, m)| other != *prefix && parallel(n, m))
+    };
+    order::set(numbers.iter().filter(beside).map(|(prefix, _)| (*prefix).to_owned()))
 }
 
 /// `cam_0` of `cam_0_frame_017`: the word cam or camera with a short number or letter, where the rest of the name numbers

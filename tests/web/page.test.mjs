@@ -105,6 +105,31 @@ inBrowser('address: a view and the light theme', {}, async b => {
   await looks(b, page, 'errors_light');
 });
 
+inBrowser('sources of error, an earlier calibration, a twin', {}, async b => {
+  const page = await b.open(address('demo=seed&view=errors&theme=dark'));
+  await solved(page);
+  await idle(page);
+  await page.click(node => words(node) === 'Sources');
+  await page.see('Corner detection and localisation');
+  await page.still();
+  await looks(b, page, 'sources');
+  const report = JSON.parse((await exported(page)).bytes);
+  assert.equal(report.sources.cards.length, 7);
+  // The same camera, 2 px longer.
+  for (const camera of [report, ...report.cameras]) camera.camera_matrix.fx += 2, camera.camera_matrix.fy += 2;
+  await page.drop([['earlier.json', JSON.stringify(report)]]);
+  await page.see('RMS over the picture');
+  await page.still();
+  await looks(b, page, 'compare');
+  await page.click('Menu');
+  await page.click('Lab');
+  await page.click(node => words(node) === 'Twin');
+  await page.click('Draw it 30 times');
+  await page.see(node => words(node) === 'your σ', 240000);
+  await page.still();
+  await looks(b, page, 'twin');
+});
+
 inBrowser('photographs: calibrated, exported, the same as the desktop program', photographs, async b => {
   const page = await b.open(address('theme=dark'));
   await page.give('Open folder…', left);
@@ -117,13 +142,12 @@ inBrowser('photographs: calibrated, exported, the same as the desktop program', 
   fs.writeFileSync(copy, file.bytes);
   // From the same corners: the same numbers.
   const same = run('calibrate', '--corners', copy, '--json');
-  near(report.camera, same.camera, value => 1e-9 * Math.max(Math.abs(value), 1));
-  near(report.uncertainty.sigma, same.uncertainty.sigma, value => 1e-9 * Math.max(Math.abs(value), 1));
+  sameCamera(report, same, value => 1e-9 * Math.max(Math.abs(value), 1));
+  near(report.sigma, same.sigma, value => 1e-9 * Math.max(Math.abs(value), 1));
   // The whole job, from the photographs: the same within a thousandth of σ.
   const whole = run('calibrate', left, '--json');
   assert.deepEqual(report.frames.map(f => f.corners.length), whole.frames.map(f => f.corners.length));
-  const sigma = whole.uncertainty.sigma;
-  near(report.camera, whole.camera, (_, at) => 1e-3 * (sigma[at] ?? 0) + 1e-9);
+  sameCamera(report, whole, (_, at) => 1e-3 * (whole.sigma[at] ?? 0) + 1e-9);
 });
 
 // Lenses and boards that are not the usual ones come out by themselves, as on the desktop.
@@ -144,9 +168,20 @@ for (const [set, title, options] of [
     const same = run('calibrate', folder, ...options, '--json');
     assert.equal(report.model, same.model);
     assert.deepEqual(report.frames.map(f => f.corners.length), same.frames.map(f => f.corners.length));
-    near(report.camera, same.camera, (_, at) => 1e-3 * (same.uncertainty.sigma[at] ?? 0) + 1e-9);
+    sameCamera(report, same, (_, at) => 1e-3 * (same.sigma[at] ?? 0) + 1e-9);
   });
 }
+
+// Much of what lays out and draws other fonts' letters is taken out of the program (web/small.sh): those of the page do not miss it.
+inBrowser('names in every script', { expected: ['willReadFrequently'] }, async b => {
+  const page = await b.open(address('theme=dark'));
+  await page.see('Drop a folder');
+  const names = ['हिन्दी अॆ', '한국어', '한국어'.normalize('NFD'), 'العربية لا', 'ไทย ำ', 'မြန်မာ', 'ខ្មែរ', '日本語', 'עִבְרִית', '👩‍👩‍👧', 'é̂ n̈ ﬁ', 'தமிழ்', 'ᠮᠣᠩ', 'བོད་'];
+  for (const name of names) {
+    await page.drop([[`${name}.txt`, 'no camera']]);
+    await page.see(`${name}.txt`);
+  }
+});
 
 // WebP and BMP are decoded by the browser, on the desktop by a library: WebP without loss and with some.
 inBrowser('WebP and BMP pictures: the same as the desktop program', {}, async b => {
@@ -186,8 +221,16 @@ inBrowser('WebP and BMP pictures: the same as the desktop program', {}, async b 
   const same = run('calibrate', folder, '--json');
   assert.deepEqual(report.frames.map(f => f.corners.length), same.frames.map(f => f.corners.length));
   assert.equal(report.frames.filter(f => f.included).length, 6);
-  near(report.camera, same.camera, (_, at) => 0.1 * (same.uncertainty.sigma[at] ?? 0) + 1e-9);
+  sameCamera(report, same, (_, at) => 0.1 * (same.sigma[at] ?? 0) + 1e-9);
 });
+
+// The parameters of two cameras.
+function sameCamera(one, other, allowed) {
+  for (const part of ['camera_matrix', 'distortion']) {
+    assert.ok(Object.keys(other[part]).length > 0, part);
+    near(one[part], other[part], allowed, part);
+  }
+}
 
 // Every number below `one` beside the same of `other`.
 function near(one, other, allowed, at = '') {
@@ -196,6 +239,7 @@ function near(one, other, allowed, at = '') {
   } else if (other && typeof other === 'object') {
     for (const key of Object.keys(other)) near(one?.[key], other[key], allowed, key);
   } else {
+    assert.notEqual(other, undefined, at);
     assert.deepEqual(one, other, at);
   }
 }

@@ -4,10 +4,6 @@ mod bars;
 mod distribution;
 mod field;
 mod scatter;
-#[cfg_attr(
-    target_arch = "wasm32",
-    allow(dead_code, reason = "not in the page, which would be larger for it")
-)]
 mod sources;
 mod tilt;
 
@@ -37,7 +33,6 @@ pub const PANEL: Panel = Panel {
         Page { name: "Scatter", show: |cx, ui| scatter::show(cx, ui) },
         Page { name: "Radius", show: |cx, ui| scatter::radius(cx, ui) },
         Page { name: "Tilt", show: |cx, ui| tilt::show(cx, ui) },
-        #[cfg(not(target_arch = "wasm32"))]
         Page { name: "Sources", show: |cx, ui| sources::show(cx, ui) },
     ],
     switches,

@@ -1,10 +1,6 @@
 //! The picture before and after, and what the lens does to it.
 
 mod bend;
-#[cfg_attr(
-    target_arch = "wasm32",
-    allow(dead_code, reason = "not in the page, which would be larger for it")
-)]
 mod beside;
 mod field;
 mod profile;
@@ -35,7 +31,6 @@ pub const PANEL: Panel = Panel {
         Page { name: "Side by side", show: |cx, ui| swipe::beside(cx, ui) },
         Page { name: "Displacement", show: |cx, ui| field::show(cx, ui) },
         Page { name: "Radial profile", show: |cx, ui| profile::show(cx, ui) },
-        #[cfg(not(target_arch = "wasm32"))]
         Page { name: COMPARE, show: |cx, ui| beside::show(cx, ui) },
     ],
     switches: |_, _| (),

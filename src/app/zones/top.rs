@@ -8,7 +8,6 @@ use egui::{Popup, PopupCloseBehavior, RichText, Ui, vec2};
 use crate::app::{
     action::{Action, Command, demo},
     cx::Cx,
-    files::COMPARES,
     lab,
     screen::{Dialog, ExportPart},
     style::{font, icon},
@@ -85,8 +84,7 @@ pub(super) fn open_menu(cx: &mut Cx<'_>, ui: &mut Ui) {
     if ui.button("Add pictures…").clicked() {
         cx.ask(Command::PickPictures);
     }
-    let comparable = COMPARES && !cx.state.doc.frames.is_empty();
-    if comparable && ui.button("Compare with a camera file…").clicked() {
+    if !cx.state.doc.frames.is_empty() && ui.button("Compare with a camera file…").clicked() {
         cx.ask(Command::PickCamera);
     }
     if ui.button("Open session…").clicked() {

@@ -22,7 +22,6 @@ pub(super) struct Flat {
     #[serde(default)]
     warnings: Vec<Warning>,
     models: Option<calibrate::Comparison>,
-    #[cfg_attr(target_arch = "wasm32", serde(skip))]
     sources: Option<Sources>,
     advice: Option<Advice>,
     #[serde(default)]

@@ -10,6 +10,7 @@ use crate::calib::{
     Error, Result,
     calibrate::calibrate,
     number::significant,
+    order,
     pose::Pose,
     solution::Calibration,
     stats,
@@ -187,10 +188,11 @@ impl Corners {
                 out.bias += 0.5 * *n * mean.norm_squared();
             }
             for corners in &seen.corners {
-                let noise: BTreeMap<u32, Vector2<f64>> = corners
-                    .iter()
-                    .filter_map(|c| Some((c.index, c.px - place(c.index)? - means.get(&c.index)?.1)))
-                    .collect();
+                let noise = order::map(
+                    corners
+                        .iter()
+                        .filter_map(|c| Some((c.index, c.px - place(c.index)? - means.get(&c.index)?.1))),
+                );
                 for (&index, one) in &noise {
                     let right = (index % columns + 1 < columns).then_some(index + 1);
                     for next in [right, Some(index + columns)].into_iter().flatten() {
