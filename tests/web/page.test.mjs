@@ -119,6 +119,7 @@ inBrowser('sources of error, an earlier calibration, a twin', {}, async b => {
   for (const camera of [report, ...report.cameras]) camera.camera_matrix.fx += 2, camera.camera_matrix.fy += 2;
   await page.drop([['earlier.json', JSON.stringify(report)]]);
   await page.see('RMS over the picture');
+  await page.gone('is in your downloads');
   await page.still();
   await looks(b, page, 'compare');
   await page.click('Menu');
