@@ -22,7 +22,7 @@ mod prepare;
 mod robust;
 mod start;
 
-use nalgebra::Vector2;
+use nalgebra::{DMatrix, Vector2};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -75,11 +75,16 @@ pub struct Problem {
 /// [`Error::TooFewViews`], [`Error::TooFewCorners`] and [`Error::Degenerate`] where the pictures cannot determine the
 /// camera, [`Error::Invalid`] where the problem contradicts itself, [`Error::Stopped`] where `report` breaks.
 pub fn calibrate(problem: &Problem, report: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<Calibration> {
-    let found = as_given(problem, report);
+    let found = as_given(problem, true, report);
     if problem.target.is_solid() { mirrored::checked(problem, found, report) } else { found }
 }
 
-fn as_given(problem: &Problem, report: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<Calibration> {
+/// Whether the pictures determine the camera is asked if `judged`; else there is no covariance.
+fn as_given(
+    problem: &Problem,
+    judged: bool,
+    report: &mut dyn FnMut(f32) -> ControlFlow<()>,
+) -> Result<Calibration> {
     let [setup] = &problem.cameras[..] else {
         return Err(Error::Invalid(format!(
             "{} cameras: exactly one is calibrated at a time",
@@ -134,7 +139,7 @@ fn as_given(problem: &Problem, report: &mut dyn FnMut(f32) -> ControlFlow<()>) -
     overturned::put_right(problem, &views, &constraints, &mut fitted, &mut tick)?;
     contradiction::set_aside(problem, &mut views, &mut set_aside, &constraints, &mut fitted, &mut tick)?;
     enough(&views, &constraints, &set_aside)?;
-    finish(problem, &constraints, &views, set_aside, fitted, chosen, &mut tick)
+    finish(problem, judged, &constraints, &views, set_aside, fitted, chosen, &mut tick)
 }
 
 /// An attempt that may fail: `None` where it does. A stop is no failure and is passed on, or what is left would look like a
@@ -212,6 +217,7 @@ fn solve(
 /// Certainty, checks and warnings.
 fn finish(
     problem: &Problem,
+    judged: bool,
     constraints: &Constraints,
     views: &[Seen],
     set_aside: Vec<(FrameId, String)>,
@@ -225,7 +231,11 @@ fn finish(
     let corners: usize = views.iter().map(|v| v.px.len()).sum();
     let sigma0_px = fitted.sigma0_px(2 * corners - free.len() - 6 * views.len());
     let at = refine::Problem { spec, free, blocks: &fitted.blocks, huber_px: None, single_precision: false };
-    let covariance = degenerate::check(&at, setup, views, &fitted, sigma0_px, &chosen.singular_values, tick)?;
+    let covariance = if judged {
+        degenerate::check(&at, setup, views, &fitted, sigma0_px, &chosen.singular_values, tick)?
+    } else {
+        DMatrix::from_element(free.len(), free.len(), f64::NAN)
+    };
     let params = fitted.refined.state.params.clone();
     let camera = Camera { model: setup.model, size_px: setup.size_px, params };
     let sigma: Vec<Option<f64>> =

@@ -49,6 +49,25 @@ pub struct Sighting {
     pub crossings: Vec<Crossing>,
 }
 
+impl Sighting {
+    /// The same from behind, left and right exchanged.
+    #[must_use]
+    pub fn mirrored(mut self) -> Self {
+        for mark in &mut self.marks {
+            mark.corners.iter_mut().for_each(|p| p.x = -p.x);
+            for (a, b) in [(0, 1), (2, 3)] {
+                mark.corners.swap(a, b);
+                mark.sigma_px.swap(a, b);
+            }
+            mark.readings.iter_mut().for_each(|r| r.bits = r.bits.mirrored());
+        }
+        for crossing in &mut self.crossings {
+            (crossing.px.x, crossing.black.x) = (-crossing.px.x, -crossing.black.x);
+        }
+        self
+    }
+}
+
 /// A square that looks like a marker.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mark {

@@ -212,6 +212,12 @@ pub fn refine(
     Ok(descent.refined(problem, termination))
 }
 
+/// Where everything else fits best when the free intrinsic at `slot` moves by so much, as far as the linearised problem tells; `None`
+/// where that is not determined.
+pub(crate) fn along(problem: &Problem<'_>, from: &State, slot: usize, by: f64) -> Option<State> {
+    Descent::new(problem, from).ok()?.along(problem, slot, by)
+}
+
 /// Information matrix `U − Σ W V⁻¹ Wᵀ` of the free intrinsics at `state`, with the a-priori weights only: its inverse
 /// times σ₀² is their covariance. `None` where a pose is not determined.
 pub fn information(problem: &Problem<'_>, state: &State) -> Option<DMatrix<f64>> {

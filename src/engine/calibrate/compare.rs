@@ -15,7 +15,7 @@ use std::{collections::BTreeMap, ops::ControlFlow};
 
 pub use splined::{COLUMNS, SplinedCandidate, splined};
 
-use super::{Problem, calibrate, choose::worth_trying, pose_of};
+use super::{Problem, as_given, calibrate, choose::worth_trying, pose_of};
 use crate::{
     Error, Result,
     camera::Model,
@@ -234,7 +234,8 @@ fn held_out(
         rest.observations = fold.fitted.iter().map(|&i| problem.observations[i].clone()).collect();
         rest.cameras.iter_mut().for_each(|c| c.start = Some(whole.camera.clone()));
         let mut share = |part: f32| tick((k as f32 + part) / parts.folds.len() as f32);
-        let fitted = match calibrate(&rest, &mut share) {
+        // Whether pictures determine the model was asked of all of them; what a part makes of it shows in what it says of the others.
+        let fitted = match as_given(&rest, false, &mut share) {
             Ok(fitted) => fitted,
             Err(Error::Stopped) => return Err(Error::Stopped),
             Err(_) => return Ok(None),
@@ -274,7 +275,8 @@ fn simplest_as_good(tried: &[Tried]) -> usize {
             || error(*i) <= WORSE * error(best) && !surely_worse(&tried[*i], &tried[best])
     };
     let free = |i: &usize| tried[*i].calibration.free.len();
-    pool.iter().copied().filter(as_good).min_by_key(free).unwrap_or(best)
+    let simpler = |a: &usize, b: &usize| free(a).cmp(&free(b)).then(error(*a).total_cmp(&error(*b)));
+    pool.iter().copied().filter(as_good).min_by(simpler).unwrap_or(best)
 }
 
 /// Whether the mean squared error of a model is larger than another's by several standard errors over the groups of pictures.

@@ -14,8 +14,8 @@ use crate::{
 };
 use robust::Fitted;
 
-/// σ/f or σ(centre)/width from which the profile is looked at.
-const SUSPICIOUS: f64 = 0.01;
+/// σ/f and σ(centre)/width from which the profile is looked at.
+const SUSPICIOUS: [f64; 2] = [0.01, 0.05];
 /// Largest angle between two boards below which the profile is looked at in any case, rad.
 const PARALLEL: f64 = 0.14;
 /// Largest angle between two boards below which all count as one view, rad.
@@ -58,8 +58,9 @@ pub(super) fn check(
             continue;
         }
         let unit = if i < 2 { state.params[i] } else { width };
-        let relative = covariance[(slot, slot)].sqrt() / unit;
-        if relative < SUSPICIOUS && (solid || spread > PARALLEL || i >= 2) {
+        let sigma = covariance[(slot, slot)].sqrt();
+        let relative = sigma / unit;
+        if relative < SUSPICIOUS[i / 2] && (solid || spread > PARALLEL || i >= 2) {
             continue;
         }
         // The centre of the picture needs more room: a long lens hardly knows it, and that does little harm.
@@ -69,7 +70,7 @@ pub(super) fn check(
             [CHANGE * unit, -CHANGE * unit]
         };
         for change in changes {
-            if !excluded(problem, fitted, sigma0_px, i, change, tick)? {
+            if !excluded(problem, fitted, sigma0_px, i, sigma, change, tick)? {
                 return Err(refusal(problem, setup, spread, singular_values, Some((i, change))));
             }
         }
@@ -83,34 +84,32 @@ fn excluded(
     fitted: &Fitted,
     sigma0_px: f64,
     i: usize,
+    sigma: f64,
     change: f64,
     tick: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<bool> {
+    let Some(slot) = problem.free.slot(i) else { return Ok(true) };
+    // σ that is so large is too large, whatever the profile.
+    if change.abs() < SIGNIFICANT * sigma {
+        return Ok(false);
+    }
     let free = problem.free.holding(i);
-    let held = refine::Problem { free: &free, huber_px: fitted.huber_px, ..*problem };
-    // In steps, so that each start is close.
-    const STEPS: i32 = 4;
+    let whole = refine::Problem { huber_px: fitted.huber_px, ..*problem };
+    let held = refine::Problem { free: &free, ..whole };
     let mut at = fitted.refined.state.clone();
     // Rounding of coordinates is the least noise there can be.
     let limit = fitted.refined.cost + (SIGNIFICANT * sigma0_px.max(1e-9)).powi(2);
-    for _ in 0..STEPS {
-        let slot = problem.free.slot(i);
-        for j in 0..at.params.len() {
-            if problem.free.slot(j) == slot {
-                let by = change / f64::from(STEPS);
-                at.params[j] += by;
-                if j < 2 {
-                    // A longer lens from further away: nearly the same picture.
-                    let k = at.params[j] / (at.params[j] - by);
-                    if j == 0 || problem.free.slot(0) != slot {
-                        at.poses.iter_mut().for_each(|p| p.translation.z *= k);
-                    }
-                }
-            }
-        }
-        let limits = Limits { iterations: 30, tolerance: 1e-6, damping: 1e-4, enough: Some(limit) };
+    // Half as far again as σ wants where that is less than all, but in no more than four steps, each of which starts where the
+    // last leads to.
+    let step = (1.5 * SIGNIFICANT * sigma).clamp(0.25 * change.abs(), change.abs());
+    let mut gone = 0.0;
+    while gone < change.abs() {
+        let by = step.min(change.abs() - gone);
+        gone += by;
+        let Some(start) = refine::along(&whole, &at, slot, by.copysign(change)) else { return Ok(false) };
+        let limits = Limits { iterations: 30, tolerance: 1e-6, damping: 1e-7, enough: Some(limit) };
         // Where it does not even see the board, it fits worse.
-        let Some(refined) = unless_stopped(refine::refine(&held, &at, limits, tick))? else {
+        let Some(refined) = unless_stopped(refine::refine(&held, &start, limits, tick))? else {
             return Ok(true);
         };
         if refined.cost > limit {
@@ -145,7 +144,13 @@ fn refusal(
 ) -> Error {
     let views = problem.blocks.len();
     let evidence = found.map_or_else(
-        || format!("singular values of the closed form fall to {:.1e}", singular_values[3]),
+        || {
+            if spread < PARALLEL {
+                format!("singular values of the closed form fall to {:.1e}", singular_values[3])
+            } else {
+                format!("terms of the model \"{}\" stand for each other", problem.spec.title)
+            }
+        },
         |(i, change)| {
             let name = problem.spec.params[i].name;
             if i < 2 {
@@ -171,8 +176,9 @@ fn refusal(
             "all {views} boards are parallel within {degrees:.1} degrees, so focal length and distance cannot be told apart ({evidence}): {remedy}"
         )
     } else {
+        let fewer = if found.is_none() { "choose a model with fewer terms, or " } else { "" };
         format!(
-            "the {views} views do not determine the camera of the {w} x {h} px pictures ({evidence}): {remedy}, and fill more of the picture"
+            "the {views} views do not determine the camera of the {w} x {h} px pictures ({evidence}): {fewer}{remedy}, and fill more of the picture"
         )
     })
 }

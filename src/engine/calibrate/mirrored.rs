@@ -52,7 +52,7 @@ pub(super) fn checked(
         return found;
     }
     let Some(target) = reflected(&problem.target) else { return found };
-    match as_given(&Problem { target, ..problem.clone() }, report) {
+    match as_given(&Problem { target, ..problem.clone() }, true, report) {
         Err(Error::Stopped) => Err(Error::Stopped),
         Ok(other) if found.as_ref().map_or(true, |f| BETTER * other.rms_px < f.rms_px) => {
             Err(Error::Degenerate(REMEDY.to_owned()))

@@ -22,7 +22,8 @@ fn spread<const N: usize>(places: Places<N>, p: &[f64]) -> [f64; 9] {
 
 fn at<const N: usize>(places: Places<N>) -> impl Fn(&[f64], [f64; 3]) -> At<N> + Copy {
     move |p, point| {
-        let whole: At<9> = opencv::at(&spread(places, p), point);
+        let p = spread(places, p);
+        let whole: At<9> = opencv::at(&p)(&p, point);
         At {
             px: whole.px,
             by_point: whole.by_point,
@@ -32,7 +33,11 @@ fn at<const N: usize>(places: Places<N>) -> impl Fn(&[f64], [f64; 3]) -> At<N> +
 }
 
 fn px<const N: usize>(places: Places<N>) -> impl Fn(&[f64], [f64; 3]) -> [f64; 2] + Copy {
-    move |p, point| opencv::px::<9>(&spread(places, p), point)
+    #[inline(always)]
+    move |p, point| {
+        let p = spread(places, p);
+        opencv::px::<9>(&p)(&p, point)
+    }
 }
 
 /// A table of one of these models.

@@ -45,7 +45,7 @@ pub static SPEC: Spec = Spec {
 /// Without skew first; then u moves by `skew yd`, and `yd` is v's derivative by fy.
 #[inline(always)]
 fn at(p: &[f64], point: [f64; 3]) -> At<10> {
-    let plain: At<9> = opencv::at(p, point);
+    let plain: At<9> = opencv::at(p)(p, point);
     let share = p[SKEW] / p[1];
     let [mut by_u, mut by_v] = [[0.0; 10]; 2];
     by_u[..SKEW].copy_from_slice(&plain.by_params[0]);
@@ -66,7 +66,7 @@ fn at(p: &[f64], point: [f64; 3]) -> At<10> {
 /// [`at`] without derivatives.
 #[inline(always)]
 fn px(p: &[f64], point: [f64; 3]) -> [f64; 2] {
-    let [u, v] = opencv::px::<9>(p, point);
+    let [u, v] = opencv::px::<9>(p)(p, point);
     [u + p[SKEW] * ((v - p[3]) / p[1]), v]
 }
 

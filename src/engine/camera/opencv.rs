@@ -11,14 +11,18 @@
 //! ```
 //!
 //! `T` is the view of a sensor that is turned by `R = Ry(τy) Rx(τx)`: `T = [R22 0 −R02; 0 R22 −R12; 0 0 1] R`, of the OpenCV
-//! documentation of `calib3d`. D. Claus, A. Fitzgibbon, "A rational function lens distortion model for general cameras", CVPR
-//! 2005; J. Weng et al., "Camera calibration with distortion models and accuracy evaluation", IEEE TPAMI 14(10), 1992 (thin prism);
-//! T. Louhichi et al., "Self-calibration of Scheimpflug cameras", Meas. Sci. Technol. 18, 2007 (tilt).
+//! documentation of `calib3d`, which is `[cos τx 0 0; −sin τx sin τy  cos τy  0; R20 R21 R22]`. D. Claus, A. Fitzgibbon,
+//! "A rational function lens distortion model for general cameras", CVPR 2005; J. Weng et al., "Camera calibration with distortion
+//! models and accuracy evaluation", IEEE TPAMI 14(10), 1992 (thin prism); T. Louhichi et al., "Self-calibration of Scheimpflug
+//! cameras", Meas. Sci. Technol. 18, 2007 (tilt).
 //! Nothing at or behind Z = 0 is seen, nor what lies at or beyond a pole of `c`.
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::at::At;
+use super::{
+    Batch, LANES, Lanes,
+    at::{self, At},
+};
 
 /// A value with its derivatives by x and y.
 #[derive(Clone, Copy)]
@@ -34,9 +38,27 @@ struct Bent {
     yd: By,
     /// Directions in which the terms move them: along the radius, the two tangential ones, x, y.
     ways: [[f64; 2]; 5],
-    /// Derivatives by the terms, in OpenCV's order without the tilt: which way, and how far.
-    terms: [(usize, f64); 12],
+    /// How far the terms move them.
+    far: [f64; 6],
 }
+
+/// For each term, in OpenCV's order, its way ([`Seen::ways`]) and how far it goes ([`Seen::far`]).
+const TERMS: [(usize, usize); 14] = [
+    (0, 0),
+    (0, 1),
+    (1, 0),
+    (2, 0),
+    (0, 2),
+    (0, 3),
+    (0, 4),
+    (0, 5),
+    (3, 0),
+    (3, 1),
+    (4, 0),
+    (4, 1),
+    (5, 0),
+    (6, 0),
+];
 
 /// `q` has the terms that follow `fx fy cx cy`.
 #[inline(always)]
@@ -64,21 +86,7 @@ fn bent(q: &[f64; 14], x: f64, y: f64) -> Bent {
         y: c + 2.0 * yy * dc + 6.0 * p1 * y + 2.0 * p2 * x + sy * y,
     };
     let ways = [[x * ib * r2, y * ib * r2], [xy2, ty], [tx, xy2], [r2, 0.0], [0.0, r2]];
-    let terms = [
-        (0, 1.0),
-        (0, r2),
-        (1, 1.0),
-        (2, 1.0),
-        (0, r4),
-        (0, -c),
-        (0, -c * r2),
-        (0, -c * r4),
-        (3, 1.0),
-        (3, r2),
-        (4, 1.0),
-        (4, r2),
-    ];
-    Bent { xd, yd, ways, terms }
+    Bent { xd, yd, ways, far: [1.0, r2, r4, -c, -c * r2, -c * r4] }
 }
 
 /// Ray in front of the camera → `1/z`, `x`, `y`; NaN elsewhere.
@@ -96,54 +104,46 @@ fn terms<const N: usize>(p: &[f64]) -> [f64; 14] {
     q
 }
 
-/// Without tilt; `N` is 12 or 16 parameters, or fewer.
-#[inline(always)]
-pub(super) fn at<const N: usize>(p: &[f64], point: [f64; 3]) -> At<N> {
-    let [iz, x, y] = normalised(point);
-    let b = bent(&terms::<N>(p), x, y);
-    let by = |d: By| [d.x * iz, d.y * iz, -(d.x * x + d.y * y) * iz];
-    At::scaled(p, [b.xd.v, b.yd.v], [by(b.xd), by(b.yd)], |k| {
-        let (way, far) = b.terms[k];
-        b.ways[way].map(|d| d * far)
-    })
-}
-
-/// [`at`] without derivatives.
-#[inline(always)]
-pub(super) fn px<const N: usize>(p: &[f64], point: [f64; 3]) -> [f64; 2] {
-    let [_, x, y] = normalised(point);
-    let b = bent(&terms::<N>(p), x, y);
-    [p[0] * b.xd.v + p[2], p[1] * b.yd.v + p[3]]
-}
-
 /// `T` with its derivatives by τx and τy.
 #[inline(always)]
 fn tilt(tx: f64, ty: f64) -> [Matrix3<f64>; 3] {
     let ((sx, cx), (sy, cy)) = (tx.sin_cos(), ty.sin_cos());
-    let rx = Matrix3::new(1.0, 0.0, 0.0, 0.0, cx, sx, 0.0, -sx, cx);
-    let drx = Matrix3::new(0.0, 0.0, 0.0, 0.0, -sx, cx, 0.0, -cx, -sx);
-    let ry = Matrix3::new(cy, 0.0, -sy, 0.0, 1.0, 0.0, sy, 0.0, cy);
-    let dry = Matrix3::new(-sy, 0.0, -cy, 0.0, 0.0, 0.0, cy, 0.0, -sy);
-    let view = |r: &Matrix3<f64>, last: f64| {
-        Matrix3::new(r[(2, 2)], 0.0, -r[(0, 2)], 0.0, r[(2, 2)], -r[(1, 2)], 0.0, 0.0, last)
-    };
-    let r = ry * rx;
-    let z = view(&r, 1.0);
-    let by = |d: Matrix3<f64>| view(&d, 0.0) * r + z * d;
-    [z * r, by(ry * drx), by(dry * rx)]
+    [
+        Matrix3::new(cx, 0.0, 0.0, -sx * sy, cy, 0.0, sy, -cy * sx, cy * cx),
+        Matrix3::new(-sx, 0.0, 0.0, -cx * sy, 0.0, 0.0, 0.0, -cy * cx, -cy * sx),
+        Matrix3::new(0.0, 0.0, 0.0, -sx * cy, -sy, 0.0, cy, sy * sx, -sy * cx),
+    ]
 }
 
-/// With tilt, 18 parameters; what is the same for all points is computed once.
+/// [`tilt`], if the model has one.
 #[inline(always)]
-pub(super) fn at_tilted(p: &[f64]) -> impl Fn(&[f64], [f64; 3]) -> At<18> + Copy {
-    let tilted = tilt(p[16], p[17]);
-    move |p, point| at_tilted_by(&tilted, p, point)
+fn tilted<const N: usize>(p: &[f64]) -> Option<[Matrix3<f64>; 3]> {
+    (N == 18).then(|| tilt(p[16], p[17]))
+}
+
+/// A point in normalised coordinates of the sensor.
+struct Seen {
+    place: [f64; 2],
+    by_point: [[f64; 3]; 2],
+    /// Directions in which the terms move it: [`Bent::ways`], then those of the tilt.
+    ways: [[f64; 2]; 7],
+    far: [f64; 6],
 }
 
 #[inline(always)]
-fn at_tilted_by([t, t_by_tx, t_by_ty]: &[Matrix3<f64>; 3], p: &[f64], point: [f64; 3]) -> At<18> {
+fn seen(tilted: Option<&[Matrix3<f64>; 3]>, q: &[f64; 14], point: [f64; 3]) -> Seen {
     let [iz, x, y] = normalised(point);
-    let b = bent(&terms::<18>(p), x, y);
+    let b = bent(q, x, y);
+    let by = |[dx, dy]: [f64; 2]| [dx * iz, dy * iz, -(dx * x + dy * y) * iz];
+    let [w0, w1, w2, w3, w4] = b.ways;
+    let Some([t, t_by_tx, t_by_ty]) = tilted else {
+        return Seen {
+            place: [b.xd.v, b.yd.v],
+            by_point: [by([b.xd.x, b.xd.y]), by([b.yd.x, b.yd.y])],
+            ways: [w0, w1, w2, w3, w4, [0.0; 2], [0.0; 2]],
+            far: b.far,
+        };
+    };
     let d = Vector3::new(b.xd.v, b.yd.v, 1.0);
     let h = t * d;
     let iw = 1.0 / h.z;
@@ -152,32 +152,95 @@ fn at_tilted_by([t, t_by_tx, t_by_ty]: &[Matrix3<f64>; 3], p: &[f64], point: [f6
     let moved = |dh: Vector3<f64>| [(dh.x - xt * dh.z) * iw, (dh.y - yt * dh.z) * iw];
     let by_xd = moved(t.column(0).into());
     let by_yd = moved(t.column(1).into());
-    let through = |dx: f64, dy: f64| [0, 1].map(|i| by_xd[i] * dx + by_yd[i] * dy);
-    let (by_x, by_y) = (through(b.xd.x, b.yd.x), through(b.xd.y, b.yd.y));
-    let by = |i: usize| [by_x[i] * iz, by_y[i] * iz, -(by_x[i] * x + by_y[i] * y) * iz];
-    let (by_tx, by_ty) = (moved(t_by_tx * d), moved(t_by_ty * d));
-    let ways = b.ways.map(|[dx, dy]| through(dx, dy));
-    At::scaled(p, [xt, yt], [by(0), by(1)], |k| match k {
-        12 => by_tx,
-        13 => by_ty,
-        _ => {
-            let (way, far) = b.terms[k];
-            ways[way].map(|d| d * far)
+    let through = |[dx, dy]: [f64; 2]| [by_xd[0] * dx + by_yd[0] * dy, by_xd[1] * dx + by_yd[1] * dy];
+    let (by_x, by_y) = (through([b.xd.x, b.yd.x]), through([b.xd.y, b.yd.y]));
+    Seen {
+        place: [xt, yt],
+        by_point: [by([by_x[0], by_y[0]]), by([by_x[1], by_y[1]])],
+        ways: [
+            through(w0),
+            through(w1),
+            through(w2),
+            through(w3),
+            through(w4),
+            moved(t_by_tx * d),
+            moved(t_by_ty * d),
+        ],
+        far: b.far,
+    }
+}
+
+/// The first `N` parameters, four of the pinhole and all terms that there are; 18 with the tilt. What is the same for all points is
+/// computed once.
+#[inline(always)]
+pub(super) fn at<const N: usize>(p: &[f64]) -> impl Fn(&[f64], [f64; 3]) -> At<N> + Copy {
+    let tilted = tilted::<N>(p);
+    move |p, point| {
+        let seen = seen(tilted.as_ref(), &terms::<N>(p), point);
+        At::scaled(p, seen.place, seen.by_point, |k| {
+            let (way, far) = TERMS[k];
+            seen.ways[way].map(|d| d * seen.far[far])
+        })
+    }
+}
+
+/// [`at`] without derivatives.
+#[inline(always)]
+pub(super) fn px<const N: usize>(p: &[f64]) -> impl Fn(&[f64], [f64; 3]) -> [f64; 2] + Copy {
+    let tilted = tilted::<N>(p);
+    #[inline(always)]
+    move |p, point| {
+        let [_, x, y] = normalised(point);
+        let b = bent(&terms::<N>(p), x, y);
+        let place = tilted.map_or([b.xd.v, b.yd.v], |[t, ..]| {
+            let h = t * Vector3::new(b.xd.v, b.yd.v, 1.0);
+            [h.x / h.z, h.y / h.z]
+        });
+        [p[0] * place[0] + p[2], p[1] * place[1] + p[3]]
+    }
+}
+
+/// [`super::Spec::project_batch`].
+pub(super) fn all<const N: usize>(p: &[f64], points: &[Lanes; 3], out: &mut Batch) {
+    if cfg!(target_arch = "wasm32") {
+        return at::all(at::<N>(p), p, points, out);
+    }
+    at::batch(lanes::<N>, p, points, out);
+}
+
+/// [`super::Spec::project_px_batch`].
+pub(super) fn all_px<const N: usize>(p: &[f64], points: &[Lanes; 3], out: &mut [Lanes; 2]) {
+    at::all_px(px::<N>(p), p, points, out);
+}
+
+/// [`at`] over a batch: first what the columns are made of, then the columns, so that both loops run in lanes.
+#[inline(always)]
+fn lanes<const N: usize>(p: &[f64], points: &[Lanes; 3], out: &mut Batch) {
+    let (q, tilted) = (terms::<N>(p), tilted::<N>(p));
+    let (mut ways, mut far) = ([[[0.0; LANES]; 7]; 2], [[0.0; LANES]; 6]);
+    for l in 0..LANES {
+        let seen = seen(tilted.as_ref(), &q, [points[0][l], points[1][l], points[2][l]]);
+        for side in 0..2 {
+            let (f, c) = (p[side], p[2 + side]);
+            out.px[side][l] = f * seen.place[side] + c;
+            out.by_params[side][side][l] = seen.place[side];
+            out.by_params[side][2 + side][l] = 1.0;
+            for k in 0..3 {
+                out.by_point[side][k][l] = f * seen.by_point[side][k];
+            }
+            for k in 0..7 {
+                ways[side][k][l] = seen.ways[k][side];
+            }
         }
-    })
-}
-
-/// [`at_tilted`] without derivatives.
-#[inline(always)]
-pub(super) fn px_tilted(p: &[f64]) -> impl Fn(&[f64], [f64; 3]) -> [f64; 2] + Copy {
-    let [t, ..] = tilt(p[16], p[17]);
-    move |p, point| px_tilted_by(&t, p, point)
-}
-
-#[inline(always)]
-fn px_tilted_by(t: &Matrix3<f64>, p: &[f64], point: [f64; 3]) -> [f64; 2] {
-    let [_, x, y] = normalised(point);
-    let b = bent(&terms::<18>(p), x, y);
-    let h = t * Vector3::new(b.xd.v, b.yd.v, 1.0);
-    [p[0] * (h.x / h.z) + p[2], p[1] * (h.y / h.z) + p[3]]
+        for k in 0..6 {
+            far[k][l] = seen.far[k];
+        }
+    }
+    for side in 0..2 {
+        for (to, (way, length)) in out.by_params[side][4..N].iter_mut().zip(TERMS) {
+            for l in 0..LANES {
+                to[l] = p[side] * (ways[side][way][l] * far[length][l]);
+            }
+        }
+    }
 }

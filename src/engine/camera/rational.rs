@@ -2,8 +2,8 @@
 
 use super::{
     Spec,
-    at::{all, all_px, one, one_px},
-    opencv::{at, px},
+    at::{one, one_px},
+    opencv::{all, all_px, at, px},
     pinhole::{self, params},
 };
 
@@ -15,10 +15,10 @@ pub static SPEC: Spec = Spec {
     perspective: true,
     neutral: &[0.0; 8],
     params: params!("k1" "k2" "p1" "p2" "k3" "k4" "k5" "k6"),
-    project: |p, x| one(at::<12>, p, x),
-    project_px: |p, x| one_px(px::<12>, p, x),
-    project_batch: |p, x, out| all(at::<12>, p, x, out),
-    project_px_batch: |p, x, out| all_px(px::<12>, p, x, out),
+    project: |p, x| one(at::<12>(p), p, x),
+    project_px: |p, x| one_px(px::<12>(p), p, x),
+    project_batch: all::<12>,
+    project_px_batch: all_px::<12>,
     guess_ray: pinhole::guess_ray,
     examples: &[
         &[533.0, 533.2, 342.3, 234.0, -0.2854, 0.064, 1.1e-3, -1.3e-4, 0.0, 0.0, 0.0, 0.0],

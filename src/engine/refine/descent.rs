@@ -146,7 +146,7 @@ impl Descent {
                 self.system.build(problem, &self.at);
                 self.fresh = true;
             }
-            let Some(step) = self.work.solve(&self.system, damping) else {
+            let Some(step) = self.work.solve(&self.system, damping, None) else {
                 if damping > LARGEST_DAMPING {
                     termination = Termination::Stuck;
                     break;
@@ -158,6 +158,11 @@ impl Descent {
             if first {
                 if step.gradient_rms <= f64::EPSILON * f64::EPSILON * self.sum.cost {
                     termination = Termination::GradientConverged;
+                    break;
+                }
+                // Steps that are left together, should each gain what this one promises, do not get there.
+                let left = (limits.iterations - i) as f64 * step.predicted;
+                if limits.enough.is_some_and(|enough| self.sum.cost - left > enough) {
                     break;
                 }
                 nearly = step.predicted <= limits.tolerance.max(1e-11) * self.sum.cost;
@@ -195,9 +200,7 @@ impl Descent {
                         termination = Termination::CostConverged;
                         break;
                     }
-                    // None of the steps that are left gains more than these together.
-                    let least = self.sum.cost - (limits.iterations - i) as f64 * gained;
-                    if limits.enough.is_some_and(|enough| self.sum.cost < enough || least > enough) {
+                    if limits.enough.is_some_and(|enough| self.sum.cost < enough) {
                         break;
                     }
                 }
@@ -225,6 +228,15 @@ impl Descent {
         }
         self.damping = Some(damping);
         Ok(termination)
+    }
+
+    /// [`super::along`] from there.
+    pub(super) fn along(mut self, problem: &Problem<'_>, slot: usize, by: f64) -> Option<State> {
+        self.system.build(problem, &self.at);
+        self.work.solve(&self.system, 0.0, Some((slot, by)))?;
+        self.move_by_step(problem);
+        std::mem::swap(&mut self.at, &mut self.next);
+        Some(State { poses: self.poses(problem).collect(), params: self.at.params })
     }
 
     /// The best point met.

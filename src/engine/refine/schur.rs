@@ -59,10 +59,22 @@ impl Eliminated {
         wide::run(Eliminate { to: self, system, damping })
     }
 
-    /// The step for a damping; `None` where the damped matrix is not positive definite.
-    pub(super) fn solve(&mut self, system: &Normal, damping: f64) -> Option<Step> {
+    /// The step for a damping, and for a free intrinsic that moves by a given amount, if any; `None` where the damped matrix is not
+    /// positive definite.
+    pub(super) fn solve(
+        &mut self,
+        system: &Normal,
+        damping: f64,
+        given: Option<(usize, f64)>,
+    ) -> Option<Step> {
         let p = system.free;
         let mut s = self.eliminate(system, damping)?;
+        if let Some((slot, by)) = given {
+            // An observation of it that outweighs all others.
+            let weight = 1e12 * system.u[slot][slot];
+            s[slot][slot] += weight;
+            self.intrinsics[slot] += weight * by;
+        }
         if !cholesky::factor(&mut s, p) {
             return None;
         }

@@ -24,7 +24,10 @@ pub(super) fn of(entries: &[&Entry], scale: f64, warnings: &mut Vec<Warning>) ->
         .filter(|e| e.grid().is_some() && e.seen.as_ref().is_ok_and(|s| s.other.is_none()))
         .count();
     if sightings.len() > plain {
-        let guess = guess(&sightings);
+        // Of a mirrored print each picture says so once the board is known that it mirrors.
+        let mirrored = || sightings.iter().cloned().map(Sighting::mirrored).collect::<Vec<_>>();
+        let own = Some(guess(&sightings)).filter(|g| g.board.is_some());
+        let guess = own.unwrap_or_else(|| guess(&mirrored()));
         if let Some(board) = guess.board {
             if !guess.certain {
                 let says = format!("{board} is the likeliest board; {}", guess.considered.join("; "));

@@ -1,7 +1,11 @@
 use nalgebra::Vector2;
 
 use super::*;
-use crate::calib::detect::GridCorner;
+use crate::calib::{
+    detect::GridCorner,
+    image::{Gray, Plane},
+    marker::{Sighting, dictionary::Dictionary, find},
+};
 
 /// A whole board of `size` seen from the front at `at`, corner 0 touching a black square.
 fn grid(size: [u32; 2], at: f64) -> Grid {
@@ -143,4 +147,46 @@ fn nothing_says_what_to_give() {
     assert!(text(&[]).contains("no pictures"));
     assert!(text(&set()[4..]).contains("p/broken.png: cut short"));
     assert!(text(&set()[2..3]).contains("no corners"));
+}
+
+/// A grid of 4 x 3 markers seen from the front, as it is or from behind.
+fn markers(mirrored: bool) -> Sighting {
+    const CELL: usize = 12;
+    let dictionary: Dictionary = "5x5_50".parse().unwrap();
+    let n = usize::from(dictionary.cells());
+    let light = |x: usize, y: usize| {
+        // A marker of n + 2 cells, then a gap of three.
+        let ([c, r], [i, j]) = ([x, y].map(|v| v / CELL / (n + 5)), [x, y].map(|v| v / CELL % (n + 5)));
+        let white = match dictionary.code((4 * r + c) as u32) {
+            Some(code) if c < 4 && r < 3 && i < n + 2 && j < n + 2 => {
+                let inside = (1..=n).contains(&i) && (1..=n).contains(&j);
+                inside && code >> (n * n - 1 - ((j - 1) * n + i - 1)) & 1 == 1
+            }
+            _ => true,
+        };
+        if white { 230 } else { 20 }
+    };
+    let (left, top, width) = (40, 40, 640);
+    let place = |x: usize| (if mirrored { width - 1 - x } else { x }).checked_sub(left);
+    let picture = Plane::from_fn(width, 480, |x, y| match (place(x), y.checked_sub(top)) {
+        (Some(x), Some(y)) => light(x, y),
+        _ => 230,
+    });
+    find(&Gray::U8(picture))
+}
+
+#[test]
+fn mirrored_prints_are_named_whether_or_not_the_board_is() {
+    for (board, mirrored) in [(None, true), (Some("aruco-grid:4x3:5x5_50"), true), (None, false)] {
+        let mut entries: Vec<Entry> =
+            (0..3).map(|i| entry(&format!("{i}.png"), [640, 480], None, i)).collect();
+        for e in &mut entries {
+            e.seen.as_mut().unwrap().other = Other { markers: Some(markers(mirrored)), circles: None };
+        }
+        let assembly = assemble(&entries, &wanted(board));
+        for frame in &assembly.frames {
+            assert_eq!(frame.why.contains("mirrored"), mirrored, "{board:?}: {}", frame.why);
+            assert_eq!(frame.corners.len(), if mirrored { 0 } else { 48 }, "{board:?}");
+        }
+    }
 }

@@ -40,6 +40,18 @@ fn as_good_as_the_lenss_own() {
     }
 }
 
+/// What some of the parts of the pictures do not determine by themselves may predict the others all the same; of models with the same
+/// number of terms the one that errs less is taken.
+#[test]
+fn a_model_is_judged_by_what_it_predicts() {
+    for (lens, seed, other) in [(6, 6001, Model::Brown4), (8, 8001, Model::Eucm)] {
+        let truth = capture::camera(capture::LENSES[lens]);
+        let problem = capture::problem(&truth, 20, seed);
+        let got = compare(&problem, &[other, truth.model], &mut |_| ControlFlow::Continue(())).unwrap();
+        assert_eq!(got.recommended, truth.model, "{:?}", got.candidates);
+    }
+}
+
 #[test]
 fn an_ordinary_webcam_needs_no_rational_model() {
     for name in ["opencv_left", "opencv_right"] {
