@@ -41,6 +41,7 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         verdict(cx, ui, &answer);
         if let Some(solution) = answer.solution() {
             numbers(cx, ui, &answer, solution);
+            next::show(cx, ui);
         }
         let all = &answer.evidence.findings;
         let id = egui::Id::unique("all findings");
@@ -57,10 +58,13 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
                 ui.data_mut(|d| d.insert_temp(id, !open));
             }
         }
-        next::show(cx, ui);
-        if let Some(solution) = answer.solution() {
-            separator(ui, t);
-            camera(cx, ui, solution);
+        match answer.solution() {
+            Some(solution) => {
+                separator(ui, t);
+                camera(cx, ui, solution);
+            }
+            // First why there is none.
+            None => next::show(cx, ui),
         }
     });
 }
