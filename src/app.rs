@@ -188,16 +188,7 @@ impl App {
         let batch = self.batch.as_ref();
         let keep = |key| Kind::of(key) == Some(Kind::Evidence) || batch.is_some_and(|b| b.has(key));
         self.pool.keep(|key| wanted.contains(&key) || keep(key));
-        for request in then {
-            if !self.pool.has(request.key) {
-                self.pool.submit(request);
-            }
-        }
-        for request in first {
-            if !self.pool.has(request.key) {
-                self.pool.submit_first(request);
-            }
-        }
+        self.pool.submit_all(first, then);
         let done = self.state.waiting() == 0 && !self.is_solving();
         if done && let Some(opened) = self.opened.take() {
             self.state.data.took_ms = Some(ms_since(opened));

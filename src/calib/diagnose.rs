@@ -24,6 +24,9 @@ use facts::Facts;
 /// σ of the focal length beyond which nothing can be measured with the camera, as a share of it.
 pub(super) const UNSURE_FOCAL: f64 = 0.01;
 
+/// Findings that are shown unasked.
+pub const SHOWN: usize = 3;
+
 /// How serious something is, worse ones later.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -47,6 +50,13 @@ pub struct Verdict {
     pub sentence: String,
     /// What the RMS alone would have said.
     pub rms_alone: String,
+}
+
+impl Verdict {
+    /// What people who look at the RMS only would have been told.
+    pub fn rms_words(&self) -> String {
+        format!("RMS alone would have said: {}.", self.rms_alone)
+    }
 }
 
 /// Something that the user should know, with its evidence and its remedy.

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use crate::calib::{
     camera::Model,
-    diagnose::{self, Level},
+    diagnose::{self, Finding, Level, SHOWN},
     number::{counted, percent, significant, with_sigma},
     report::{Report, Solution},
     uncertainty::Uncertainty,
@@ -18,8 +18,14 @@ pub(super) use table::{Table, paragraph};
 /// The evidence of a calibration, or what is known where there is none.
 pub(super) fn evidence(report: &Report) -> String {
     let mut out = String::new();
+    let mut findings = diagnose::findings(report);
+    // What is wrong with a set without a camera is said as an error.
+    findings.retain(|f| report.error.as_ref().is_none_or(|e| e.code != f.code));
     if let Some(solution) = &report.solution {
         out += &sentence(&diagnose::summary(report).1);
+        out += &sentence(&diagnose::verdict(report).rms_words());
+        out += &advice(report);
+        out += &list(&findings.drain(..SHOWN.min(findings.len())).collect::<Vec<_>>());
         out += &camera(report, solution);
         out += &certainty(report, solution);
         out += &errors(report, solution);
@@ -27,8 +33,10 @@ pub(super) fn evidence(report: &Report) -> String {
     out += &models(report);
     out += &sources(report);
     out += &pictures::table(report);
-    out += &advice(report);
-    out += &warnings(report);
+    if report.solution.is_none() {
+        out += &advice(report);
+    }
+    out += &list(&findings);
     out.trim_start_matches('\n').to_owned()
 }
 
@@ -253,19 +261,19 @@ fn advice(report: &Report) -> String {
     format!("\n{}", paragraph("Next", &format!("{} {}", advice.sentence, advice.promise)))
 }
 
+/// Findings, what is serious behind an exclamation mark.
+fn list(findings: &[Finding]) -> String {
+    let one = |f: &Finding| {
+        let mark = if f.level > Level::Info { "!" } else { "i" };
+        paragraph(mark, &format!("{}. {}", f.title, f.text))
+    };
+    let lines: String = findings.iter().map(one).collect();
+    if lines.is_empty() { lines } else { format!("\n{lines}") }
+}
+
 fn warnings(report: &Report) -> String {
-    let mut out = String::new();
-    for warning in &report.warnings {
-        let names: Vec<&str> =
-            warning.frames.iter().map(|f| f.rsplit(['/', '\\']).next().unwrap_or(f)).collect();
-        let about = match names.len() {
-            0 => String::new(),
-            n if n > 6 => format!(" [{}, … {}]", names[..3].join(", "), names[n - 1]),
-            _ => format!(" [{}]", names.join(", ")),
-        };
-        out += &paragraph("!", &format!("{}{about}", capital(&warning.text)));
-    }
-    if out.is_empty() { out } else { format!("\n{out}") }
+    let lines: String = report.warnings.iter().map(|w| paragraph("!", &capital(&w.words()))).collect();
+    if lines.is_empty() { lines } else { format!("\n{lines}") }
 }
 
 /// The text as a sentence begins; names of parameters stay as they are.

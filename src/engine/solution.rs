@@ -125,6 +125,17 @@ impl Warning {
         self.frames.extend(frames);
         self
     }
+
+    /// The text with the pictures that it is about.
+    pub fn words(&self) -> String {
+        let names: Vec<&str> =
+            self.frames.iter().map(|f| f.rsplit(['/', '\\']).next().unwrap_or(f)).collect();
+        match names.len() {
+            0 => self.text.clone(),
+            n if n > 6 => format!("{} [{}, … {}]", self.text, names[..3].join(", "), names[n - 1]),
+            _ => format!("{} [{}]", self.text, names.join(", ")),
+        }
+    }
 }
 
 /// The calibrated camera and its evidence.

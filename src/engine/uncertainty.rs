@@ -285,6 +285,12 @@ impl Scatter {
         })
     }
 
+    /// Covariance of the free intrinsics.
+    #[cfg(test)]
+    pub(crate) const fn intrinsics(&self) -> &DMatrix<f64> {
+        &self.intrinsics
+    }
+
     /// 1σ of a parameter of the camera, by its place in the model; `None` where it is held.
     pub fn sigma_of(&self, param: usize) -> Option<f64> {
         let slot = (*self.slots.get(param)?)?;

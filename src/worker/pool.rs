@@ -77,9 +77,19 @@ impl Pool {
         self.feed();
     }
 
-    /// Puts a job before all that wait: someone looks at its result.
-    pub fn submit_first(&mut self, request: Request) {
-        self.queue.push_front(request);
+    /// Puts jobs at the end of the queue, and before all that wait those whose results someone looks at, the last of them first.
+    /// Lanes begin only then, or a free one would take what can wait.
+    pub fn submit_all(&mut self, first: Vec<Request>, then: Vec<Request>) {
+        for request in then {
+            if !self.has(request.key) {
+                self.queue.push_back(request);
+            }
+        }
+        for request in first {
+            if !self.has(request.key) {
+                self.queue.push_front(request);
+            }
+        }
         self.feed();
     }
 

@@ -1,9 +1,13 @@
 //! What to photograph next, on photographs.
 
-use nalgebra::Vector2;
+use nalgebra::{Point3, Vector2};
+use rand::SeedableRng as _;
+use rand_distr::{Distribution as _, Normal};
+use rand_pcg::Pcg64;
 use straightedge::calib::{
     advice::{self, State, advise, expected},
     camera::Model,
+    observation::{Corner, FrameId, Observation},
     refine::{self, Free, block::Block},
     solution::{Calibration, View},
     target::{Target, Unit},
@@ -68,6 +72,64 @@ fn three_boards_that_face_the_camera_want_tilt() {
         ratios().count()
     );
     assert!(low > 1.0 / 1.3 && high < 1.3, "{low} {high}");
+}
+
+/// Three pictures that leave the focal length open, and the picture that is asked for of them, as the camera of all pictures would see it:
+/// what is promised in words, in the worst corner or of the focal length, comes true within 30 %. It is meant to at 2 σ, 19 times in 20; all
+/// of 95 promises do.
+#[test]
+fn what_weak_sets_are_promised_is_kept() {
+    let mut random = Pcg64::seed_from_u64(1);
+    let (mut kept, mut promised) = (0, 0);
+    for set in ["opencv_left", "opencv_right"] {
+        let Some((_, whole)) = problem(set, Model::Brown5) else { return };
+        let truth = solve(&whole);
+        let noise = Normal::new(0.0, truth.rms_px / 2f64.sqrt()).unwrap();
+        let sigma_px = whole.observations[0].corners[0].sigma_px;
+        let n = whole.observations.len();
+        let triples = (0..n).flat_map(|a| (0..a).flat_map(move |b| (0..b).map(move |c| [a, b, c])));
+        for triple in triples {
+            let mut few = whole.clone();
+            few.observations = triple.map(|i| whole.observations[i].clone()).to_vec();
+            let before = solve(&few);
+            let [now, f] = [before.sigma[0].unwrap(), before.camera.params[0]];
+            if now < 0.004 * f {
+                continue;
+            }
+            let advice = advise(&before, &whole.target, Unit::Squares, advice::Goal::default());
+            let pose = advice.next.unwrap().camera_from_board;
+            let [w, h] = truth.camera.size_px.map(f64::from);
+            let points = whole.target.points_in_board();
+            let corner = |(index, p): (u32, &Point3<f64>)| {
+                let px = truth.camera.project(&pose.apply(p))?;
+                let inside = px.x > 0.0 && px.y > 0.0 && px.x < w - 1.0 && px.y < h - 1.0;
+                let px = px + Vector2::from_fn(|_, _| noise.sample(&mut random));
+                inside.then_some(Corner { index, px, sigma_px })
+            };
+            let corners = (0..).zip(&points).filter_map(corner).collect();
+            few.observations.push(Observation { camera: 0, frame: FrameId(99), corners });
+            let after = solve(&few);
+            let found = uncertainty::of(&after, &whole.target, Range::At(advice.range.unwrap()));
+            let figures = if advice.promise.contains("in the worst corner becomes") {
+                let [now, then] = [advice.before, advice.after].map(|f| f.unwrap().worst_corner_px.unwrap());
+                [now, then, found.worst_corner_px.unwrap_or(f64::INFINITY)]
+            } else if advice.promise.contains("the focal length, known to") {
+                [now, advice.focal_px.unwrap()[1], after.sigma[0].unwrap()]
+            } else {
+                continue;
+            };
+            let off = ((figures[0] - figures[1]) / (figures[0] - figures[2])).ln().abs();
+            promised += 1;
+            // A loss in place of a gain has no logarithm, and is not kept either.
+            if off < 1.3f64.ln() {
+                kept += 1;
+            } else {
+                println!("{set} {triple:?}: {figures:.2?}: {}", advice.promise);
+            }
+        }
+    }
+    println!("{kept} of {promised} promises kept");
+    assert!(promised >= 20 && 20 * kept >= 19 * promised, "{kept} of {promised}");
 }
 
 /// The pictures `frames` of `of` as if the camera and the poses of `at` had been found from them.

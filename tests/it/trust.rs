@@ -8,7 +8,7 @@ use std::{
 
 use image::{DynamicImage, imageops::FilterType};
 use straightedge::calib::{
-    diagnose::{self, Finding, Level, sources::Sources},
+    diagnose::{self, Finding, Level, SHOWN, sources::Sources},
     influence::Role,
     report::Report,
 };
@@ -16,12 +16,13 @@ use straightedge::calib::{
 use crate::detection::data;
 
 fn report(pictures: &[PathBuf]) -> Report {
-    let output = Command::new(env!("CARGO_BIN_EXE_straightedge"))
-        .args(["calibrate", "--json"])
-        .args(pictures)
-        .output()
-        .unwrap();
-    Report::from_json(&String::from_utf8(output.stdout).unwrap()).unwrap()
+    Report::from_json(&calibrate(&["--json"], pictures)).unwrap()
+}
+
+fn calibrate(options: &[&str], pictures: &[PathBuf]) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_straightedge"));
+    let output = command.arg("calibrate").args(options).args(pictures).output().unwrap();
+    String::from_utf8(output.stdout).unwrap()
 }
 
 fn pictures(folder: &Path) -> Vec<PathBuf> {
@@ -50,6 +51,36 @@ fn three_frontal_pictures_are_not_trusted() {
     let first = &sources(&report).cards[0];
     assert!(["diversity", "degeneracy", "corners", "lens_model"].contains(&first.code.as_str()), "{first:?}");
     assert!(first.level == Level::Bad && first.px > 1.0, "{first:?}");
+}
+
+/// On a terminal the verdict, what to do and what is behind it come before all numbers, in the words of the window.
+#[test]
+fn the_text_begins_with_verdict_what_to_do_and_findings() {
+    let Some(folder) = data("opencv_left") else { return };
+    let all = pictures(&folder);
+    let three = ["left01.jpg", "left04.jpg", "left07.jpg"].map(|name| folder.join(name));
+    for (pictures, level) in [(&all[..], Level::Warn), (&three, Level::Bad)] {
+        let report = report(pictures);
+        let text = calibrate(&[], pictures);
+        let (head, numbers) = text.split_once("\nCamera: ").unwrap();
+        assert!(head.lines().count() <= 16, "a screen has room for more than this:\n{head}");
+        let plain = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        let (head, numbers) = (plain(head), plain(numbers));
+        let verdict = diagnose::verdict(&report);
+        assert_eq!(verdict.level, level);
+        let advice = report.advice.as_ref().unwrap();
+        let findings = diagnose::findings(&report);
+        let one = |f: &Finding| format!("{}. {}", f.title, f.text);
+        let mut said =
+            vec![verdict.sentence.clone(), verdict.rms_words(), format!("Next {}", advice.sentence)];
+        said.extend(findings.iter().take(SHOWN).map(one));
+        // Each is there, and in this order.
+        let at: Vec<_> = said.iter().map(|words| head.find(&plain(words))).collect();
+        assert!(at.iter().all(Option::is_some) && at.is_sorted(), "{said:#?}\n{at:?}\n{head}");
+        assert!(
+            findings.len() > SHOWN && findings.iter().skip(SHOWN).all(|f| numbers.contains(&plain(&one(f))))
+        );
+    }
 }
 
 #[test]
@@ -102,8 +133,8 @@ fn with_another(folder: &Path, write: impl Fn(&Path)) -> Report {
     report(&list)
 }
 
-/// Two cameras that are nearly alike. A picture of the other one is named as that, or as one that pulls the camera away, or it moves the
-/// projection by less than three times its uncertainty or what chance does.
+/// Two cameras that are nearly alike. Whether a picture of the other one is named as that, as one that pulls the camera away, or not at all:
+/// it takes the camera no farther than three times the σ that the others leave, σ² + chance², or the pictures would not be of one kind.
 #[test]
 fn pictures_of_the_twin_camera_are_named_or_harmless() {
     let (Some(left), Some(right)) = (data("opencv_left"), data("opencv_right")) else { return };
@@ -125,13 +156,14 @@ fn pictures_of_the_twin_camera_are_named_or_harmless() {
             .collect();
         assert!(outsiders.iter().all(|f| f.frames == [position]), "{name}: {outsiders:#?}");
         let influence = report.frames[position].influence.unwrap();
+        let alone_px = sources.map_px.hypot(influence.by_chance_px);
         println!(
-            "{name}: {}; moves the map by {:.2} px, {:.1} times as far as chance; σ {:.2} px",
+            "{name}: {}; moves the map by {:.2} px, {:.1} σ of the others",
             if outsiders.is_empty() { "not named" } else { "named" },
             influence.moves_px,
-            influence.moves_px / influence.by_chance_px,
-            sources.map_px
+            influence.moves_px / alone_px
         );
+        assert!(influence.moves_px < 3.0 * alone_px, "{name}: {influence:?} {}", sources.map_px);
         let findings = diagnose::findings(&report);
         if !outsiders.is_empty() {
             let first = &findings[0];
@@ -140,12 +172,10 @@ fn pictures_of_the_twin_camera_are_named_or_harmless() {
         } else if influence.role == Role::Harmful {
             let pulls = |f: &Finding| f.code == "harmful_picture" && f.title.contains("left20");
             assert!(findings.iter().any(pulls), "{name}: {findings:#?}");
-        } else {
-            let [chance, sigma] = [influence.by_chance_px, sources.map_px];
-            assert!(influence.moves_px < 3.0 * chance.max(sigma), "{name}: {influence:?}");
         }
     }
-    assert!(named >= 6, "{named} of 13");
+    // Each is told or not by less than its own noise: six of 13 are named, and a binomial of that share scatters by 1.8.
+    assert!(named >= 4, "{named} of 13");
 }
 
 fn save(picture: &DynamicImage, path: &Path, quality: u8) {

@@ -15,7 +15,7 @@ use crate::{
     },
     calib::{
         calibrate::Fix,
-        diagnose::{Finding, Level, Remedy, Show},
+        diagnose::{Finding, Level, Remedy, SHOWN, Show},
         number::{counted, significant},
         report::Solution,
     },
@@ -41,32 +41,33 @@ pub fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
         verdict(cx, ui, &answer);
         if let Some(solution) = answer.solution() {
             numbers(cx, ui, &answer, solution);
+            next::show(cx, ui);
         }
         let all = &answer.evidence.findings;
         let id = egui::Id::unique("all findings");
         let open = ui.data(|d| d.get_temp::<bool>(id)).unwrap_or_default();
-        for finding in all.iter().take(if open { all.len() } else { MOST }) {
+        for finding in all.iter().take(if open { all.len() } else { SHOWN }) {
             separator(ui, t);
             one(cx, ui, &answer, finding);
         }
-        if all.len() > MOST {
+        if all.len() > SHOWN {
             ui.add_space(8.0);
             let words =
-                if open { "Fewer findings".to_owned() } else { counted(all.len() - MOST, "more finding") };
+                if open { "Fewer findings".to_owned() } else { counted(all.len() - SHOWN, "more finding") };
             if button(ui, t, "", &words, 22.0).clicked() {
                 ui.data_mut(|d| d.insert_temp(id, !open));
             }
         }
-        next::show(cx, ui);
-        if let Some(solution) = answer.solution() {
-            separator(ui, t);
-            camera(cx, ui, solution);
+        match answer.solution() {
+            Some(solution) => {
+                separator(ui, t);
+                camera(cx, ui, solution);
+            }
+            // First why there is none.
+            None => next::show(cx, ui),
         }
     });
 }
-
-/// Findings that are shown unasked.
-const MOST: usize = 3;
 
 fn separator(ui: &mut Ui, t: &crate::app::style::Tokens) {
     ui.add_space(8.0);
@@ -86,8 +87,7 @@ fn verdict(cx: &Cx<'_>, ui: &mut Ui, answer: &Answer) {
             ui.label(text(minus(verdict.sentence.as_str()), font::semibold(font::LEAD), t.ink));
             if answer.solution().is_some() {
                 ui.add_space(2.0);
-                let alone = format!("RMS alone would have said: {}.", verdict.rms_alone);
-                ui.label(text(alone, font::regular(font::SMALL), t.text3));
+                ui.label(text(verdict.rms_words(), font::regular(font::SMALL), t.text3));
             }
         });
     });

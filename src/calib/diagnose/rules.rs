@@ -45,7 +45,7 @@ pub(super) fn all(facts: &Facts<'_>) -> Vec<Finding> {
 
 fn as_finding(warning: &Warning) -> Finding {
     let title = sentence(&warning.code.replace('_', " ")).trim_end_matches('.').to_owned();
-    finding(&warning.code, Level::Info, title, sentence(&warning.text), Show::Pictures, None)
+    finding(&warning.code, Level::Info, title, sentence(&warning.words()), Show::Pictures, None)
 }
 
 fn finding(

@@ -75,3 +75,19 @@ fn what_nobody_wants_any_more_is_dropped() {
     done.retain(|key| *key != 0);
     assert_eq!(done, [3]);
 }
+
+#[test]
+fn what_someone_looks_at_is_done_before_all_else() {
+    let mut pool = Pool::new(1);
+    let request = |(i, job)| Request { key: Key(i), job };
+    let mut then: Vec<Request> = (0..).zip(jobs()).map(request).collect();
+    let first = then.split_off(4);
+    pool.submit_all(first, then);
+    let mut done = Vec::new();
+    while let Some(event) = pool.wait() {
+        if let Event::Done(reply) = event {
+            done.push(reply.key.0);
+        }
+    }
+    assert_eq!(done, [6, 5, 4, 0, 1, 2, 3]);
+}

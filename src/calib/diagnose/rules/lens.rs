@@ -21,7 +21,7 @@ pub(super) fn folds(facts: &Facts<'_>) -> Option<Finding> {
     let text = sentence(&warning(facts, "model_folds")?.text);
     let k3_is_free = facts.solution.is_some_and(|s| s.sigma.get("k3").is_some_and(Option::is_some));
     let remedy = k3_is_free.then(|| Remedy::Hold(vec!["k3".to_owned()]));
-    let title = "The lens model folds inside the picture";
+    let title = "Part of the picture cannot be straightened";
     Some(finding("model_folds", Level::Warn, title, text, Show::Lens, remedy))
 }
 
