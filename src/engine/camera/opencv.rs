@@ -184,7 +184,7 @@ pub(super) fn at<const N: usize>(p: &[f64]) -> impl Fn(&[f64], [f64; 3]) -> At<N
     }
 }
 
-/// [`at`] without derivatives.
+/// [`at()`] without derivatives.
 #[inline(always)]
 pub(super) fn px<const N: usize>(p: &[f64]) -> impl Fn(&[f64], [f64; 3]) -> [f64; 2] + Copy {
     let tilted = tilted::<N>(p);
@@ -213,7 +213,7 @@ pub(super) fn all_px<const N: usize>(p: &[f64], points: &[Lanes; 3], out: &mut [
     at::all_px(px::<N>(p), p, points, out);
 }
 
-/// [`at`] over a batch: first what the columns are made of, then the columns, so that both loops run in lanes.
+/// [`at()`] over a batch: first what the columns are made of, then the columns, so that both loops run in lanes.
 #[inline(always)]
 fn lanes<const N: usize>(p: &[f64], points: &[Lanes; 3], out: &mut Batch) {
     let (q, tilted) = (terms::<N>(p), tilted::<N>(p));
