@@ -67,8 +67,9 @@ pub struct Fault {
     pub frames: Vec<usize>,
 }
 
-/// Surprise from which a fault is none by chance, −2 ln 0.01: once in a hundred captures at most, as chances are added up.
-const SURPRISING: f64 = 9.21;
+/// Surprise from which a fault is none by chance, −2 ln 0.001: once in a thousand captures, if their errors were normal. Those of real
+/// pictures are not, and a finding that is none costs more than one that is missed.
+const SURPRISING: f64 = 13.82;
 /// Share of the map's uncertainty by which a fault must move it…
 const NOTABLE: f64 = 0.3;
 /// …and the least that is worth a word, px.
