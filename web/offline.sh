@@ -2,7 +2,8 @@
 # Run by trunk after a build: writes the service worker with the list of all files and their common hash.
 set -eu
 cd "$TRUNK_STAGING_DIR"
-[ "$TRUNK_PROFILE" != release ] || sh "$TRUNK_SOURCE_DIR/web/small.sh"
+# Not without link-time optimisation: there, calls stand that return at once, and are inlined with it.
+[ "$TRUNK_PROFILE" != release ] || [ "${CARGO_PROFILE_WEB_LTO:-}" = off ] || sh "$TRUNK_SOURCE_DIR/web/small.sh"
 files=$(find . -type f ! -name sw.js ! -name '*.map' | LC_ALL=C sort)
 version=$(echo "$files" | xargs sha256sum | sha256sum | cut -c1-16)
 list=$(echo "$files" | sed 's|^\./||; s|^index\.html$|./|; s|.*|"&"|' | paste -sd, -)
