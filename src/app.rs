@@ -229,7 +229,7 @@ impl App {
             Command::PickFolder => self.inbox.pick_folder(),
             Command::PickPictures => self.inbox.pick_pictures(),
             Command::OpenSession => self.inbox.pick_session(),
-            Command::PickCamera => self.inbox.pick_camera(),
+            Command::PickCameras => self.inbox.pick_cameras(),
             Command::OpenPaths(paths) => self.open(paths),
             Command::Save { name, content } => self.inbox.save(&name, content),
             Command::SaveSession => self.inbox.save_session(Session::of(&self.state), self.home.copies()),
@@ -251,12 +251,12 @@ impl App {
         {
             return self.inbox.open_session(session.clone(), self.home.copy_of(session));
         }
-        // Beside pictures that are open a camera file is a calibration to compare with.
-        if let [camera] = &paths[..]
-            && !self.state.doc.frames.is_empty()
-            && files::is_camera(camera)
-        {
-            return self.inbox.open_camera(camera.clone());
+        // Beside pictures that are open camera files are calibrations to compare with.
+        if !paths.is_empty() && paths.iter().all(|path| files::is_camera(path)) {
+            if self.state.doc.frames.is_empty() {
+                return self.state.apply(files::tell_bad(files::WITHOUT_PICTURES.to_owned()));
+            }
+            return paths.into_iter().for_each(|camera| self.inbox.open_camera(camera));
         }
         self.home.opened(&paths);
         self.state.recent.clone_from(&self.home.recent);

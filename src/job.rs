@@ -29,6 +29,7 @@ use crate::calib::{
     advice::{Advice, Goal},
     calibrate::Comparison,
     camera::Camera,
+    compare::Validity,
     detect::{self, Detection},
     experiment::{
         ablate::{self, Numbers},
@@ -112,6 +113,15 @@ pub enum Job {
     Twin(Box<Report>, u32),
     /// Compare camera models on what would be calibrated.
     Compare(Box<Case>),
+    /// Hold an old calibration against what was seen.
+    Validate {
+        /// What was seen.
+        case: Box<Case>,
+        /// Name of the old calibration's file.
+        file: String,
+        /// What is in it.
+        text: String,
+    },
     /// Read a picture to be shown.
     Look {
         /// The picture.
@@ -166,6 +176,7 @@ impl Job {
             | Self::Twin(..)
             | Self::Sources(_)
             | Self::Compare(_)
+            | Self::Validate { .. }
             | Self::Ablate(_) => None,
         }
     }
@@ -184,6 +195,8 @@ pub enum Output {
     Twin(Box<Outcome>),
     /// Of [`Job::Compare`].
     Compared(Box<Comparison>),
+    /// Of [`Job::Validate`].
+    Validity(Box<Validity>),
     /// Of [`Job::Look`] and [`Job::Thumbnail`].
     Raster(Raster),
     /// Of [`Job::Ablate`]; a calibration that is refused is an outcome.
@@ -280,6 +293,10 @@ fn perform(job: Job, report: &mut dyn FnMut(Progress) -> ControlFlow<()>) -> Res
             .map(|o| Output::Twin(Box::new(o))),
         Job::Compare(case) => evidence::compared(&case, &mut |share| report(Progress(share)))
             .map(|c| Output::Compared(Box::new(c))),
+        Job::Validate { case, file, text } => {
+            validate::held(*case, &file, &text, &mut |share| report(Progress(share)))
+                .map(|(validity, _)| Output::Validity(Box::new(validity)))
+        }
         Job::Look { source } => Ok(Output::Raster(Raster::of(source.read(Colours::Keep)?.photo))),
         Job::Thumbnail { source, longest_px } => {
             let gray = source.read(Colours::Gray)?.photo.into_gray();

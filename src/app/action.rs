@@ -87,8 +87,8 @@ pub enum Command {
     Locate,
     /// Ask for a session.
     OpenSession,
-    /// Ask for a camera file to compare with.
-    PickCamera,
+    /// Ask for camera files to compare with.
+    PickCameras,
     /// Put the panels back into their places.
     ResetLayout,
     /// Put a text on the clipboard.
@@ -145,7 +145,7 @@ impl State {
             Action::Resume => self.data.stopped = false,
             Action::Finished(reply) => self.finished(*reply),
             Action::Beside(beside) => {
-                self.screen.beside = Some(Arc::new(*beside));
+                self.screen.earlier.open(*beside);
                 self.screen.go(Tile::Lens, lens::COMPARE);
             }
             Action::Progress(key, share) => self.data.progress = Some((key, share)),
@@ -274,6 +274,14 @@ impl State {
                     Err(error) => Err(error.to_string()),
                 };
                 self.data.compared = Some((key, outcome));
+            }
+            Some(plan::Kind::Validate) => {
+                let outcome = match result {
+                    Ok(Output::Validity(validity)) => Ok(*validity),
+                    Ok(_) => return,
+                    Err(error) => Err(error.to_string()),
+                };
+                self.data.validity = Some((key, outcome));
             }
             // Files go past the state: see `batch`.
             Some(plan::Kind::Develop(_)) | None => {}

@@ -17,16 +17,16 @@ use std::{
 
 use super::{action::Action, screen::Beside, state::Notice};
 use crate::{
-    calib::{
-        Result,
-        compare::Side,
-        format::{self, FORMATS},
-    },
+    calib::{Result, format::FORMATS},
     job::{Source, photo},
 };
 
 /// Extensions that are offered first where pictures are asked for.
 const PICTURES: [&str; 10] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp", "webp", "pgm", "ppm", "pnm"];
+
+/// Told where camera files are opened before pictures.
+pub const WITHOUT_PICTURES: &str =
+    "A calibration is compared with pictures: open pictures of the board first, then drop its file once more";
 
 /// Where dialogs answer.
 pub struct Inbox {
@@ -94,14 +94,10 @@ pub fn is_camera(path: &Path) -> bool {
     extension.is_some_and(|e| camera_extensions().contains(&e.as_str()))
 }
 
-/// What opening a camera file comes to.
-fn camera(path: &Path, text: Result<String>) -> Action {
-    let name = path.display().to_string();
-    match text.and_then(|text| format::read(&text, &name)) {
-        Ok(file) => Action::Beside(Box::new(Beside {
-            name: path.file_name().map_or(name, |n| n.to_string_lossy().into_owned()),
-            side: Side::from(&file),
-        })),
+/// What opening a camera file comes to; `written` is when the file itself was, days since 1970.
+fn camera(path: &Path, text: Result<String>, written: Option<f64>) -> Action {
+    match text.and_then(|text| Beside::read(path, text, written)) {
+        Ok(beside) => Action::Beside(Box::new(beside)),
         Err(error) => tell_bad(error.to_string()),
     }
 }

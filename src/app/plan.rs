@@ -8,6 +8,7 @@ use siphasher::sip128::{Hasher128, SipHasher13};
 
 use super::{
     lab,
+    screen::Beside,
     state::{Answer, Frame, State},
 };
 use crate::{
@@ -49,6 +50,8 @@ pub enum Kind {
     Develop(FrameId),
     /// The camera models side by side.
     Compare,
+    /// Whether an earlier calibration still holds.
+    Validate,
     /// What each picture does to the camera.
     Weigh,
     /// What may be wrong with the calibration.
@@ -70,6 +73,7 @@ impl Kind {
             6 => Some(Self::Effect(key.0 as u32)),
             7 => Some(Self::Develop(FrameId(key.0 as u32))),
             8 => Some(Self::Compare),
+            13 => Some(Self::Validate),
             9 => Some(Self::Weigh),
             12 => Some(Self::Sources),
             10 => Some(Self::Advise),
@@ -90,6 +94,7 @@ impl Kind {
             Self::Effect(number) => (6, number as u128),
             Self::Develop(id) => (7, content << 32 | id.0 as u128),
             Self::Compare => (8, content),
+            Self::Validate => (13, content),
             Self::Weigh => (9, content),
             Self::Sources => (12, content),
             Self::Advise => (10, content),
@@ -187,6 +192,7 @@ impl State {
         }));
         plan.then.extend(self.advising());
         plan.then.extend(self.sourcing());
+        plan.then.extend(self.validity());
         plan.then.extend(self.comparison());
         plan.then.extend(self.twin());
         if self.screen.lab == Some(lab::Part::Ablation) {
@@ -300,6 +306,21 @@ impl State {
         Some(Request { key, job: Job::Twin(Box::new(answer.report().clone()), TWINS) })
     }
 
+    /// The earlier calibration that is shown is held against the pictures, also where these alone have no camera.
+    fn validity(&self) -> Option<Request> {
+        let (answer, beside) = (self.data.answer.as_deref()?, self.screen.earlier.shown()?);
+        if !answer.complete || evidence_key(self) != Some(answer.key) {
+            return None;
+        }
+        let key = validity_key(answer, beside);
+        if self.data.validity.as_ref().is_some_and(|v| v.0 == key) {
+            return None;
+        }
+        let case = Box::new(case(self, &answer.ids));
+        let Beside { name, text, .. } = &**beside;
+        Some(Request { key, job: Job::Validate { case, file: name.clone(), text: text.clone() } })
+    }
+
     /// Models are compared on what the camera shown was calibrated from, once that is complete.
     fn comparison(&self) -> Option<Request> {
         let (answer, _) = self.data.solved().filter(|(a, _)| a.complete && self.screen.comparing)?;
@@ -362,6 +383,13 @@ fn content(state: &State, with_model: bool) -> Option<u128> {
 /// What draws this answer anew.
 pub(super) const fn twin_key(answer: &Answer) -> Key {
     Kind::Twin.key(answer.key.0)
+}
+
+/// What holds an earlier calibration against the pictures of this answer.
+pub fn validity_key(answer: &Answer, beside: &Beside) -> Key {
+    let mut hash = SipHasher13::new();
+    (answer.key.0, beside.print).hash(&mut hash);
+    Kind::Validate.key(hash.finish128().into())
 }
 
 fn case(state: &State, ids: &[FrameId]) -> Case {

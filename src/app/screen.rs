@@ -1,8 +1,13 @@
 //! What is on the screen: not saved with a session, not undone.
 
-use std::sync::Arc;
+use std::{
+    hash::{Hash, Hasher},
+    path::Path,
+    sync::Arc,
+};
 
 use serde::{Deserialize, Serialize};
+use siphasher::sip::SipHasher13;
 
 use super::{
     lab::Part,
@@ -10,7 +15,12 @@ use super::{
     state::Notice,
 };
 use crate::{
-    calib::{compare::Side, observation::FrameId},
+    calib::{
+        Result,
+        compare::{Side, date},
+        format,
+        observation::FrameId,
+    },
     job::Key,
 };
 
@@ -150,13 +160,78 @@ pub enum Dialog {
     Board,
 }
 
-/// A calibration that was opened to be compared.
+/// An earlier calibration that was opened to be compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Beside {
     /// Name of its file.
     pub name: String,
+    /// What is in it.
+    pub text: String,
+    /// Tells its text from others.
+    pub print: u64,
     /// The calibration.
     pub side: Side,
+    /// When it was made, days since 1970, as far as the file tells.
+    pub days: Option<f64>,
+}
+
+impl Beside {
+    /// From the text of a camera file or report; `written` is when the file was, days since 1970, where it does not say its date itself.
+    ///
+    /// # Errors
+    /// Those of [`format::read`].
+    pub fn read(path: &Path, text: String, written: Option<f64>) -> Result<Self> {
+        let name = path.display().to_string();
+        let file = format::read(&text, &name)?;
+        let mut print = SipHasher13::new();
+        text.hash(&mut print);
+        Ok(Self {
+            name: path.file_name().map_or(name, |n| n.to_string_lossy().into_owned()),
+            text,
+            print: print.finish(),
+            side: Side::from(&file),
+            days: file.evidence.date.as_deref().and_then(date::days).or(written),
+        })
+    }
+}
+
+/// Earlier calibrations beside the one found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Earlier {
+    /// Each with how warm the camera was, °C, where the user said so.
+    pub list: Vec<(Arc<Beside>, Option<f64>)>,
+    /// Position of the one that is compared.
+    pub shown: usize,
+    /// How warm the camera was in the present pictures, °C.
+    pub temperature: Option<f64>,
+    /// Whether all are shown as a series.
+    pub over_time: bool,
+}
+
+impl Earlier {
+    /// The one that is compared.
+    pub fn shown(&self) -> Option<&Arc<Beside>> {
+        self.list.get(self.shown).map(|(beside, _)| beside)
+    }
+
+    /// Adds one, or puts it in the place of an equal one, and shows it.
+    pub fn open(&mut self, beside: Beside) {
+        let known = self.list.iter().position(|(b, _)| b.name == beside.name && b.print == beside.print);
+        self.shown = known.unwrap_or(self.list.len());
+        if known.is_none() {
+            self.list.push((Arc::new(beside), None));
+        }
+        self.over_time = self.list.len() > 1;
+    }
+
+    /// Takes one away.
+    pub fn close(&mut self, position: usize) {
+        if position < self.list.len() {
+            self.list.remove(position);
+        }
+        self.shown = self.shown.min(self.list.len().saturating_sub(1));
+        self.over_time &= !self.list.is_empty();
+    }
 }
 
 /// Everything that is shown and not saved with a session.
@@ -202,8 +277,8 @@ pub struct Screen {
     pub unlocked: bool,
     /// The open page of the lab.
     pub lab: Option<Part>,
-    /// A calibration beside the one found.
-    pub beside: Option<Arc<Beside>>,
+    /// Earlier calibrations beside the one found.
+    pub earlier: Earlier,
     /// What stands over the window.
     pub dialog: Option<Dialog>,
     /// What is to be told.
@@ -242,7 +317,7 @@ impl Default for Screen {
             twin: None,
             unlocked: false,
             lab: None,
-            beside: None,
+            earlier: Earlier::default(),
             dialog: None,
             notice: None,
         }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::state::{Document, Frame, State};
 use crate::{
-    calib::{Error, Result, observation::FrameId, order, report::Report},
+    calib::{Error, Result, json, observation::FrameId, order, report::Report},
     job::{Inspection, Source, photo, raster::Raster},
 };
 
@@ -68,7 +68,7 @@ impl Session {
     /// # Errors
     /// [`Error::Format`] with the place and the remedy.
     pub fn from_json(text: &str, file: &str) -> Result<Self> {
-        let session: Self = serde_json::from_str(text).map_err(|e| {
+        let session: Self = json::read(text).map_err(|e| {
             Error::format(
                 file,
                 format!("this session is damaged or is no session ({e}): open its last good copy"),

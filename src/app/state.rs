@@ -21,6 +21,7 @@ use crate::{
         board::Design,
         calibrate::{Comparison, Fix, Loss, Weights},
         camera::Model,
+        compare::Validity,
         experiment::ablate::Numbers,
         observation::FrameId,
         report::{FrameReport, Report, Solution},
@@ -253,6 +254,8 @@ pub struct Data {
     pub effects: BTreeMap<u32, std::result::Result<Numbers, String>>,
     /// The camera models side by side, with what that was made from; or why they are not.
     pub compared: Option<(Key, std::result::Result<Comparison, String>)>,
+    /// Whether the earlier calibration that is shown still holds for the pictures, or why that cannot be told.
+    pub validity: Option<(Key, std::result::Result<Validity, String>)>,
     /// What to photograph next, with what that was made from.
     pub advice: Option<(Key, Advice)>,
     /// What the twin of a capture says, with what that was made from; or why there is none.

@@ -206,28 +206,35 @@ pub fn level(t: &Tokens, level: crate::calib::diagnose::Level) -> (&'static str,
     }
 }
 
-/// A labelled text field; answers its text when it was changed and left.
+/// A text field; answers its text when it was changed and left.
+pub fn typed(ui: &mut Ui, id: &str, shown: &str, hint: &str, width: f32) -> (Response, Option<String>) {
+    let id = egui::Id::unique(id);
+    let mut buffer = ui.data(|d| d.get_temp::<String>(id)).unwrap_or_else(|| shown.to_owned());
+    let edit =
+        egui::TextEdit::singleline(&mut buffer).desired_width(width).hint_text(hint).id(id.with("edit"));
+    let response = ui.add(edit);
+    if response.has_focus() {
+        ui.data_mut(|d| d.insert_temp(id, buffer));
+    } else if response.lost_focus() {
+        ui.data_mut(|d| d.remove::<String>(id));
+        if buffer != shown {
+            return (response, Some(buffer));
+        }
+    }
+    (response, None)
+}
+
+/// The same with its label.
 pub fn field(ui: &mut Ui, label: &str, id: &str, shown: &str, hint: &str) -> Option<String> {
-    let mut answer = None;
     ui.horizontal(|ui| {
         let name = ui.label(label);
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            let id = egui::Id::unique(id);
-            let mut buffer = ui.data(|d| d.get_temp::<String>(id)).unwrap_or_else(|| shown.to_owned());
-            let edit = egui::TextEdit::singleline(&mut buffer)
-                .desired_width(110.0)
-                .hint_text(hint)
-                .id(id.with("edit"));
-            let response = ui.add(edit).labelled_by(name.id);
-            if response.has_focus() {
-                ui.data_mut(|d| d.insert_temp(id, buffer));
-            } else if response.lost_focus() {
-                ui.data_mut(|d| d.remove::<String>(id));
-                if buffer != shown {
-                    answer = Some(buffer);
-                }
-            }
-        });
-    });
-    answer
+        let right = egui::Layout::right_to_left(egui::Align::Center);
+        ui.with_layout(right, |ui| {
+            let (response, answer) = typed(ui, id, shown, hint, 110.0);
+            response.labelled_by(name.id);
+            answer
+        })
+        .inner
+    })
+    .inner
 }

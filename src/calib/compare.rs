@@ -31,7 +31,7 @@ use super::{
 };
 pub use chance::{Chance, UNLIKELY};
 pub use page::{figures, page};
-pub use series::{Entry, Member, Series};
+pub use series::{Course, Entry, Member, Series};
 use spread::Spread;
 pub use validity::{Answer, Moved, Validity, judge};
 

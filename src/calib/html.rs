@@ -34,7 +34,7 @@ pub fn page(report: &Report) -> String {
         escape(&verdict)
     );
     body += &tables::advice(report);
-    body += &tables::warnings(report);
+    body += &tables::findings(report);
     if let Some(solution) = &report.solution {
         body += &section("Camera", &(tables::camera(solution) + &tables::certainty(report, solution)));
         body += &section("Errors", &(tables::errors(report, solution) + &figures::errors(report, solution)));

@@ -1,4 +1,4 @@
-//! The evidence as one serialisable value: exactly the JSON of `calibrate --json` and `detect --json`.
+//! The evidence as one serialisable value: the JSON of `calibrate --json` (with the verdict on it) and `detect --json`.
 //!
 //! Text, HTML and every camera file are made from a [`Report`], and it reads back: `docs/interface.md` defines each field.
 //! Lengths are in [`Settings::unit`], angles in rad, pixels have their origin at the centre of the first pixel.
@@ -21,7 +21,7 @@ use super::{
     calibrate::{self, Fix, Loss, Options, Precision, Weights},
     camera::{Camera, Model},
     detect::{Light, Refinement},
-    diagnose::sources::Sources,
+    diagnose::{self, Finding, Verdict, sources::Sources},
     figure::Bar,
     influence::Influence,
     json,
@@ -465,9 +465,20 @@ pub struct Timing {
 }
 
 impl Report {
-    /// Writes the JSON.
+    /// Writes the JSON of a calibration, with what follows from its numbers: the verdict and what is behind it.
     pub fn to_json(&self) -> String {
-        json::text(self)
+        #[derive(Serialize)]
+        struct Judged<'a> {
+            #[serde(flatten)]
+            report: &'a Report,
+            verdict: Verdict,
+            findings: Vec<Finding>,
+        }
+        json::text(&Judged {
+            report: self,
+            verdict: diagnose::verdict(self),
+            findings: diagnose::findings(self),
+        })
     }
 
     /// Reads the JSON.
@@ -475,7 +486,7 @@ impl Report {
     /// # Errors
     /// [`Error::Format`] with the place and what was expected.
     pub fn from_json(text: &str) -> Result<Self> {
-        serde_json::from_str(text).map_err(|e| Error::format("straightedge", e.to_string()))
+        json::read(text).map_err(|e| Error::format("straightedge", e.to_string()))
     }
 
     /// |r| of all used corners, px.

@@ -4,7 +4,7 @@ use std::{process::ExitCode, time::Instant};
 
 use super::{NO_RESULT, args, files, frames, print, say, text};
 use crate::{
-    calib::{Result, report::Settings},
+    calib::{Result, json, report::Settings},
     job::{
         evidence::{Case, sort_out},
         ms_since,
@@ -43,7 +43,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if let (false, Err(error)) = (found, &assembly.problem) {
         report.failed(error);
     }
-    print(&if args.json { report.to_json() } else { text::detection(&report) })?;
+    print(&if args.json { json::text(&report) } else { text::detection(&report) })?;
     if let Some(error) = &report.error {
         say(&format!("error: {}", error.text));
         return Ok(ExitCode::from(NO_RESULT));

@@ -2,10 +2,8 @@
 
 use std::{
     fmt::Write as _,
-    fs,
     path::{Path, PathBuf},
     process::ExitCode,
-    time::UNIX_EPOCH,
 };
 
 use serde::Serialize;
@@ -98,8 +96,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 
 /// When a file was written, days since 1970.
 fn written(path: &Path) -> Option<f64> {
-    let days =
-        fs::metadata(path).ok()?.modified().ok()?.duration_since(UNIX_EPOCH).ok()?.as_secs_f64() / 86_400.0;
+    let days = store::written(path)?;
     say(&format!(
         "note: {} does not say when it was calibrated: it was written on {}",
         path.display(),

@@ -41,7 +41,7 @@ pub use self::exif::Exif;
 pub use browsers::decode_ahead;
 pub use list::{bytes, exists, is_folder, list};
 #[cfg(target_arch = "wasm32")]
-pub use list::{file, hash_of, offer, text};
+pub use list::{file, hash_of, offer, text, written};
 pub use sniff::{Content, Format, sniff, sniff_named};
 
 /// Most pixels of one picture; more is refused before anything is decoded. Twice what the largest cameras give: several

@@ -3,9 +3,16 @@
 use std::{
     fs, io,
     path::{Path, PathBuf},
+    time::UNIX_EPOCH,
 };
 
 use crate::calib::{Error, Result};
+
+/// When a file was written, days since 1970; `None` where the system does not tell.
+pub fn written(path: &Path) -> Option<f64> {
+    let since = fs::metadata(path).ok()?.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
+    Some(since.as_secs_f64() / 86_400.0)
+}
 
 /// Writes a file as a whole or not at all: into a new file beside it, which then takes its name and its permissions. A link goes
 /// on leading where it led, and what is no file (`/dev/null`, a pipe) is written to, never replaced.

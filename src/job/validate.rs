@@ -7,7 +7,23 @@ use crate::calib::{
     Error, Result,
     calibrate::Fix,
     compare::{Side, Validity, judge},
+    format,
 };
+
+/// [`validate`] with the text of the old calibration's file, from which the case then starts.
+///
+/// # Errors
+/// Those of [`format::read`] and [`validate`].
+pub fn held(
+    mut case: Case,
+    file: &str,
+    text: &str,
+    tick: &mut dyn FnMut(f32) -> ControlFlow<()>,
+) -> Result<(Validity, Evidence)> {
+    let old = format::read(text, file)?;
+    case.start = Some((file.to_owned(), old.camera.clone()));
+    validate(&case, &Side::from(&old), tick)
+}
 
 /// Solves new pictures with the camera that the case starts from held, then with its parameters free, and judges.
 ///

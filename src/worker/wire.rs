@@ -6,7 +6,7 @@
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{
-    calib::{Error, Result},
+    calib::{Error, Result, json},
     job::{Output, Reply, Request},
 };
 
@@ -31,6 +31,7 @@ impl Bulk for Option<Reply> {
             Output::Evidence(_)
             | Output::Effect(_)
             | Output::Compared(_)
+            | Output::Validity(_)
             | Output::Advice(_)
             | Output::Twin(_) => None,
         }
@@ -62,7 +63,7 @@ pub(crate) fn from_bytes<T: DeserializeOwned + Bulk>(bytes: &[u8]) -> Result<T> 
     let (length, rest) = bytes.split_first_chunk::<4>().ok_or_else(cut)?;
     let (text, bulk) = rest.split_at_checked(u32::from_le_bytes(*length) as usize).ok_or_else(cut)?;
     let text = std::str::from_utf8(text).map_err(|e| wrong(e.to_string()))?;
-    let mut value: T = serde_json::from_str(text).map_err(|e| wrong(e.to_string()))?;
+    let mut value: T = json::read(text).map_err(|e| wrong(e.to_string()))?;
     if let Some(place) = value.bulk() {
         *place = bulk.to_vec();
     }

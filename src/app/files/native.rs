@@ -80,13 +80,17 @@ impl Inbox {
         self.ask(task, move |file| Some(Action::Do(Command::OpenPaths(vec![file.path().to_owned()]))));
     }
 
-    /// Asks for a camera file.
-    pub fn pick_camera(&self) {
+    /// Asks for camera files.
+    pub fn pick_cameras(&self) {
         let task = rfd::AsyncFileDialog::new()
-            .set_title("Open a calibration to compare with")
+            .set_title("Open earlier calibrations to compare with")
             .add_filter("Camera files", &camera_extensions())
-            .pick_file();
-        self.ask(task, move |file| Some(read(file.path())));
+            .pick_files();
+        let post = self.post.clone();
+        self.ask(task, move |files| {
+            files.iter().for_each(|file| post.put(read(file.path())));
+            None
+        });
     }
 
     /// Opens a camera file to compare with.
@@ -188,7 +192,8 @@ impl Inbox {
 
 /// A camera file to compare with.
 fn read(path: &Path) -> Action {
-    camera(path, photo::bytes(path).map(|b| String::from_utf8_lossy(&b).into_owned()))
+    let text = photo::bytes(path).map(|b| String::from_utf8_lossy(&b).into_owned());
+    camera(path, text, store::written(path))
 }
 
 /// Where straightened pictures go: a folder, written to by the jobs themselves.

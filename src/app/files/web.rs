@@ -85,12 +85,15 @@ impl Inbox {
         self.ask(false, format!(".{EXTENSION}"));
     }
 
-    /// Asks for a camera file.
-    pub fn pick_camera(&self) {
+    /// Asks for camera files.
+    pub fn pick_cameras(&self) {
         let accept = camera_extensions().iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(",");
+        let post = self.post.clone();
         self.spawn(async move {
-            let paths = offer(&pick(false, &accept).await.ok()?);
-            Some(read(paths.into_iter().next()?).await)
+            for path in offer(&pick(false, &accept).await.ok()?) {
+                post.put(read(path).await);
+            }
+            None
         });
     }
 
@@ -177,7 +180,8 @@ impl Inbox {
 
 /// A camera file to compare with.
 async fn read(path: PathBuf) -> Action {
-    camera(&path, photo::text(&path).await)
+    let text = photo::text(&path).await;
+    camera(&path, text, photo::written(&path))
 }
 
 /// The session with the pictures that are among those at `paths`.

@@ -3,6 +3,7 @@
 mod bend;
 mod beside;
 mod field;
+mod over_time;
 mod profile;
 mod projection;
 mod safe;

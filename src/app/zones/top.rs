@@ -84,8 +84,8 @@ pub(super) fn open_menu(cx: &mut Cx<'_>, ui: &mut Ui) {
     if ui.button("Add pictures…").clicked() {
         cx.ask(Command::PickPictures);
     }
-    if !cx.state.doc.frames.is_empty() && ui.button("Compare with a camera file…").clicked() {
-        cx.ask(Command::PickCamera);
+    if !cx.state.doc.frames.is_empty() && ui.button("Compare with camera files…").clicked() {
+        cx.ask(Command::PickCameras);
     }
     if ui.button("Open session…").clicked() {
         cx.ask(Command::OpenSession);

@@ -28,6 +28,9 @@ pub struct Member {
 /// One calibration of a series, beside the first.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Entry {
+    /// Its position among those that the series was made of.
+    #[serde(skip)]
+    pub given: usize,
     /// Name of its file.
     pub file: String,
     /// Its day, `2026-05-01`.
@@ -62,32 +65,48 @@ pub struct Series {
     days: Vec<Option<f64>>,
 }
 
+/// What changes over the temperature where that is known of all, else over time, else by number. Each point has a band that chance explains.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    /// What x is, with its unit.
+    pub over: String,
+    /// Mean of `fx` and `fy` with σ, px.
+    pub focal: Vec<Point>,
+    /// 2σ of the first, px.
+    pub focal_bands: Vec<[f64; 2]>,
+    /// Difference from the first, places weighted by their certainty, px.
+    pub moved: Vec<Point>,
+    /// What chance makes of it in 99 of 100 cases, px.
+    pub moved_bands: Vec<[f64; 2]>,
+}
+
 impl Series {
     /// Puts calibrations into order and compares each with the first.
     ///
     /// # Errors
     /// Those of [`compare`], with the file.
-    pub fn new(mut members: Vec<Member>) -> Result<Self> {
+    pub fn new(members: Vec<Member>) -> Result<Self> {
+        let mut members: Vec<(usize, Member)> = members.into_iter().enumerate().collect();
         // Those without a date stay behind those with one, as they were given.
-        order::by(&mut members, |m| [m.days.unwrap_or(f64::INFINITY)]);
-        let Some(first) = members.first().map(|m| m.side.clone()) else {
+        order::by(&mut members, |(_, m)| [m.days.unwrap_or(f64::INFINITY)]);
+        let Some(first) = members.first().map(|(_, m)| m.side.clone()) else {
             return Err(crate::calib::Error::Invalid("a series needs calibrations".to_owned()));
         };
         let mut entries = Vec::with_capacity(members.len());
-        for (i, member) in members.iter().enumerate() {
+        for (i, (given, member)) in members.iter().enumerate() {
             let beside = if i == 0 { None } else { Some(compare(&first, &member.side)?) };
-            entries.push(entry(member, beside.as_ref()));
+            entries.push(entry(*given, member, beside.as_ref()));
         }
         let over = |x: &dyn Fn(&Member) -> Option<f64>| {
             let points: Vec<_> =
-                members.iter().filter_map(|m| Some((x(m)?, validity::focal(&m.side.camera)))).collect();
+                members.iter().filter_map(|(_, m)| Some((x(m)?, validity::focal(&m.side.camera)))).collect();
             trend(&points)
         };
         Ok(Self {
             recalibrate: entries.last().is_some_and(|e| e.verdict == Verdict::Differ),
             focal_by_day: over(&|m| m.days),
             focal_by_temperature: over(&|m| m.temperature),
-            days: members.iter().map(|m| m.days).collect(),
+            days: members.iter().map(|(_, m)| m.days).collect(),
             entries,
         })
     }
@@ -118,8 +137,8 @@ impl Series {
         }
     }
 
-    /// Focal length and difference from the first, over temperature where that is known of all, else over time, else by number.
-    pub fn figures(&self) -> [Panel; 2] {
+    /// What changes over what.
+    pub fn course(&self) -> Course {
         let all = |list: Vec<Option<f64>>| list.into_iter().collect::<Option<Vec<f64>>>();
         let start = self.days.iter().flatten().copied().fold(f64::INFINITY, f64::min);
         let temperatures = all(self.entries.iter().map(|e| e.temperature).collect());
@@ -136,22 +155,26 @@ impl Series {
             };
             x.iter().zip(&self.entries).map(point).collect()
         };
-        let focal = points(&|e| (e.focal_px.0, e.focal_px.1.unwrap_or(0.0)));
-        let band = self.entries.first().map(|e| {
+        let band = self.entries.first().map_or([0.0; 2], |e| {
             let (value, sigma) = (e.focal_px.0, 2.0 * e.focal_px.1.unwrap_or(0.0));
             [value - sigma, value + sigma]
         });
-        let moved = points(&|e| (e.chance.map_or(e.whole_rms_px, |c| c.moved_px), 0.0));
-        let limits: Vec<f64> = self.entries.iter().map(|e| e.chance.map_or(0.0, |c| c.limit_px)).collect();
+        let limit = |e: &Entry| [0.0, e.chance.map_or(0.0, |c| c.limit_px)];
+        Course {
+            focal: points(&|e| (e.focal_px.0, e.focal_px.1.unwrap_or(0.0))),
+            focal_bands: vec![band; self.entries.len()],
+            moved: points(&|e| (e.chance.map_or(e.whole_rms_px, |c| c.moved_px), 0.0)),
+            moved_bands: self.entries.iter().map(limit).collect(),
+            over: name,
+        }
+    }
+
+    /// Its figures: focal length, and difference from the first.
+    pub fn figures(&self) -> [Panel; 2] {
+        let c = self.course();
         [
-            drawn(&focal, &vec![band.unwrap_or_default(); focal.len()], "Focal length", &name, "px"),
-            drawn(
-                &moved,
-                &limits.iter().map(|l| [0.0, *l]).collect::<Vec<_>>(),
-                "Difference from the first",
-                &name,
-                "px",
-            ),
+            drawn(&c.focal, &c.focal_bands, "Focal length", &c.over, "px"),
+            drawn(&c.moved, &c.moved_bands, "Difference from the first", &c.over, "px"),
         ]
     }
 
@@ -222,12 +245,13 @@ impl Entry {
     }
 }
 
-fn entry(member: &Member, beside: Option<&Comparison>) -> Entry {
+fn entry(given: usize, member: &Member, beside: Option<&Comparison>) -> Entry {
     let side = &member.side;
     let sigma = |i: usize| side.covariance.as_ref().map(|c| c[(i, i)].max(0.0).sqrt());
     let known = side.covariance.is_some();
     let [_, _, cx, cy] = side.camera.intrinsics();
     Entry {
+        given,
         file: member.file.clone(),
         date: member.days.map(date::iso),
         temperature: member.temperature,

@@ -1,6 +1,6 @@
 //! Whether a calibration still holds for new pictures: they are explained with it held, and with its parameters free.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Comparison, Side, Verdict, compare};
 use crate::calib::{
@@ -11,7 +11,7 @@ use crate::calib::{
 };
 
 /// What new pictures say about a calibration.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Answer {
     /// It explains them as well as chance lets expect.
@@ -23,7 +23,7 @@ pub enum Answer {
 }
 
 /// A change of the focal length.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Moved {
     /// By how much the mean of `fx` and `fy` grew, px.
     pub px: f64,
@@ -34,7 +34,7 @@ pub struct Moved {
 }
 
 /// A calibration beside new pictures.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Validity {
     /// What it comes to.
     pub answer: Answer,
@@ -52,7 +52,8 @@ pub struct Validity {
     pub expected_rms_px: Option<f64>,
     /// How the focal length moved.
     pub focal: Option<Moved>,
-    /// The old camera beside the free one.
+    /// The old camera beside the free one; written for people only, and not read back.
+    #[serde(skip_deserializing)]
     pub comparison: Option<Comparison>,
     /// Why the camera could not be free, or not all of it.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use super::text::escape;
 use crate::calib::{
     calibrate::Comparison,
-    diagnose::sources::Sources,
+    diagnose::{self, sources::Sources},
     influence::Role,
     number::{degrees, percent, significant, with_sigma},
     report::{FrameReport, Report, Solution},
@@ -23,22 +23,26 @@ fn pairs(rows: &[(&str, String)]) -> String {
     format!("<table><tbody>\n{}</tbody></table>\n", rows.concat())
 }
 
-pub(super) fn warnings(report: &Report) -> String {
-    if report.warnings.is_empty() {
-        return String::new();
+/// What RMS alone would have said, and what is behind the verdict, the worst first.
+pub(super) fn findings(report: &Report) -> String {
+    let mut out = String::new();
+    if report.solution.is_some() {
+        let alone = diagnose::verdict(report).rms_words();
+        out = format!("<p class=\"muted\">{}</p>\n", escape(&alone));
     }
-    let mut out = "<ul class=\"warnings\">\n".to_owned();
-    for w in &report.warnings {
-        let about = if w.frames.is_empty() {
-            String::new()
-        } else {
-            format!(" <span class=\"muted\">{}</span>", escape(&w.frames.join(", ")))
-        };
+    let list = diagnose::findings(report);
+    if list.is_empty() {
+        return out;
+    }
+    out += "<ul class=\"findings\">\n";
+    for f in &list {
         let _ = writeln!(
             out,
-            "<li>{} <code class=\"muted\">{}</code>{about}</li>",
-            escape(&w.text),
-            escape(&w.code)
+            "<li class=\"{}\"><strong>{}.</strong> {} <code class=\"muted\">{}</code></li>",
+            super::tone(f.level),
+            escape(f.title.trim_end_matches('.')),
+            escape(&f.text),
+            escape(&f.code)
         );
     }
     out + "</ul>\n"

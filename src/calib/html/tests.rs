@@ -2,7 +2,7 @@ use std::ops::ControlFlow;
 
 use nalgebra::Vector2;
 
-use super::page;
+use super::{escape, page};
 use crate::calib::{
     calibrate::{CameraSetup, Options, Problem, calibrate},
     diagnose,
@@ -107,6 +107,15 @@ fn the_page_holds_every_number_and_needs_nothing_else() {
     let (level, verdict) = diagnose::summary(&report);
     let head = format!("<p class=\"verdict {}\">{}</p>", super::tone(level), verdict);
     assert!(rest.contains(&head), "{head}");
+    // What is behind it stands in the page and in its JSON, as does what RMS alone would have said.
+    let (verdict, findings) = (diagnose::verdict(&report), diagnose::findings(&report));
+    assert!(!findings.is_empty() && rest.contains(&escape(&verdict.rms_words())));
+    for f in &findings {
+        assert!(rest.contains(&escape(&f.text)), "{}", f.text);
+    }
+    let json: serde_json::Value = serde_json::from_str(parts(&html).0).unwrap();
+    assert_eq!(serde_json::from_value::<Vec<diagnose::Finding>>(json["findings"].clone()).unwrap(), findings);
+    assert_eq!(json["verdict"]["sentence"], verdict.sentence);
     assert_eq!(rest.matches("<figure>").count(), 11);
     // Nothing is fetched: no address, no link, no import; pictures are embedded.
     assert!(

@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use super::wire;
 use crate::calib::{
-    Error, Result,
+    Error, Result, json,
     observation::Corner,
     order,
     target::{BoardSize, Length, Unit},
@@ -82,7 +82,7 @@ impl CornerFile {
     /// [`Error::Format`] with the picture and what was expected.
     pub fn from_json(text: &str, file: &str) -> Result<Self> {
         let wrong = |message: String| Error::format(file, message);
-        let wire: Wire = serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|e| {
+        let wire: Wire = json::read(text.trim_start_matches('\u{feff}')).map_err(|e| {
             wrong(format!("not a corner file ({e}): give what `straightedge detect --json` printed"))
         })?;
         let own = WireBoard { board: wire.board, square: wire.square, unit: wire.unit };

@@ -215,8 +215,7 @@ impl Scene {
     /// # Errors
     /// [`Error::Format`] with the place and what was expected; [`Error::Invalid`] from [`Scene::validate`].
     pub fn from_json(text: &str) -> Result<Self> {
-        let scene: Self =
-            serde_json::from_str(text).map_err(|e| Error::format("scene file", e.to_string()))?;
+        let scene: Self = crate::json::read(text).map_err(|e| Error::format("scene file", e.to_string()))?;
         scene.validate()?;
         Ok(scene)
     }

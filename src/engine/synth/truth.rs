@@ -74,8 +74,7 @@ impl Truth {
     /// # Errors
     /// [`Error::Format`] with the place and what was expected; [`Error::Invalid`] where the camera is refused.
     pub fn from_json(text: &str) -> Result<Self> {
-        let truth: Self =
-            serde_json::from_str(text).map_err(|e| Error::format("truth file", e.to_string()))?;
+        let truth: Self = crate::json::read(text).map_err(|e| Error::format("truth file", e.to_string()))?;
         truth.camera.validate()?;
         Ok(truth)
     }

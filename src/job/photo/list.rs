@@ -21,7 +21,7 @@ use crate::calib::Result;
 #[cfg(not(target_arch = "wasm32"))]
 pub use native::{bytes, exists, is_folder, list};
 #[cfg(target_arch = "wasm32")]
-pub use web::{bytes, exists, file, hash_of, is_folder, list, offer, text};
+pub use web::{bytes, exists, file, hash_of, is_folder, list, offer, text, written};
 
 /// Bytes of a file that are looked at to see what it is.
 const HEAD: u64 = 4096;

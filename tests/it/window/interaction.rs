@@ -1,6 +1,6 @@
 //! From a click to what it changes.
 
-use std::sync::Arc;
+use std::{path::Path, sync::Arc};
 
 use egui::{Key, Modifiers, Theme};
 use egui_kittest::{Harness, kittest::Queryable as _};
@@ -10,11 +10,12 @@ use straightedge::{
         action::Action,
         lab::Part,
         panels::{PANELS, Tile},
-        screen::Screen,
+        screen::{Beside, Earlier, Screen},
     },
     calib::{
         Error,
         camera::Model,
+        compare::Answer,
         diagnose::{Level, Remedy, Show, sources::Source},
         format::{self, Evidence, Export},
         html,
@@ -445,9 +446,11 @@ fn a_dropped_camera_file_is_compared() {
     let mut drop = |name: &str, text: &str| {
         let path = folder.path().join(name);
         std::fs::write(&path, text).unwrap();
-        window.state_mut().state.screen.beside = None;
+        window.state_mut().state.screen.earlier = Earlier::default();
         drop_on(&mut window, path);
-        until(&mut window, |app| app.state.screen.beside.is_some() || app.state.screen.notice.is_some());
+        until(&mut window, |app| {
+            app.state.screen.earlier.shown().is_some() || app.state.screen.notice.is_some()
+        });
         settle(&mut window);
         [
             "They differ",
@@ -474,7 +477,72 @@ fn a_dropped_camera_file_is_compared() {
     click(&mut window, "Dismiss");
     // The pictures are still open.
     assert_eq!(window.state().state.doc.frames.len(), 15);
-    assert!(says(&window, "Is it still the same camera?") && says(&window, "Open a camera file…"));
+    assert!(says(&window, "Is it still the same camera?") && says(&window, "Open camera files…"));
+}
+
+/// The camera of the pictures as an earlier calibration, with another focal length.
+fn calibrated_before(window: &Harness<'_, App>, name: &str, days: f64, focal: f64) -> Action {
+    let mut report = window.state().state.data.answer.as_ref().unwrap().report().clone();
+    report.solution.as_mut().unwrap().camera.params[..2].iter_mut().for_each(|f| *f *= focal);
+    Action::Beside(Box::new(Beside::read(Path::new(name), report.to_json(), Some(days)).unwrap()))
+}
+
+#[test]
+fn earlier_calibrations_are_shown_over_time() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    let [zoomed, same] = [("zoomed.json", 100.0, 1.01), ("same.json", 200.0, 1.0)]
+        .map(|(name, days, focal)| calibrated_before(&window, name, days, focal));
+    window.state_mut().act(zoomed);
+    settle(&mut window);
+    // One of them is held against the pictures at once.
+    assert!(says(&window, "Recalibrate: the focal length moved by") && says(&window, "They differ"));
+    window.state_mut().act(same);
+    settle(&mut window);
+    assert!(says(&window, "Recalibrate: 2 of 2 left the first") && says(&window, "1970-04-11"));
+    let field = window.get_by_role_and_label(egui::accesskit::Role::TextInput, "Temperature of same.json");
+    field.focus();
+    field.type_text("21,5");
+    window.run_ok();
+    window.key_press(Key::Enter);
+    settle(&mut window);
+    assert_eq!(state(&window).screen.earlier.list[1].1, Some(21.5));
+    window.get_by_label("same.json").click();
+    settle(&mut window);
+    assert!(says(&window, "Still valid: the new pictures fit to") && says(&window, "Within what chance"));
+    click(&mut window, "Over time");
+    settle(&mut window);
+    click(&mut window, "Close zoomed.json");
+    settle(&mut window);
+    assert!(says(&window, "Steady: the others agree with the first") && !says(&window, "zoomed.json"));
+    // Calibrations of another camera are no series: the reason is told, and they can be taken away.
+    let mut report = state(&window).data.answer.as_ref().unwrap().report().clone();
+    report.solution.as_mut().unwrap().camera.size_px = [400, 300];
+    let half = Beside::read(Path::new("half.json"), report.to_json(), None).unwrap();
+    window.state_mut().act(Action::Beside(Box::new(half)));
+    settle(&mut window);
+    assert!(says(&window, "straightedge convert --scale"));
+    click(&mut window, "Close half.json");
+    settle(&mut window);
+    assert!(says(&window, "Steady"));
+}
+
+/// Two pictures have no camera of their own, but an earlier one can be held against them.
+#[test]
+fn two_pictures_tell_whether_a_calibration_holds() {
+    let mut window = demonstrated(SIZE, Theme::Dark);
+    let list = [("zoomed.json", 1.05), ("same.json", 1.0)]
+        .map(|(name, focal)| calibrated_before(&window, name, 100.0, focal));
+    let mut doc = state(&window).doc.clone();
+    doc.excluded = Arc::new(doc.frames.iter().skip(2).map(|f| f.id).collect());
+    window.state_mut().act(Action::Edit(Box::new(doc)));
+    settle(&mut window);
+    for (beside, answer) in list.into_iter().zip([Answer::Recalibrate, Answer::StillValid]) {
+        window.state_mut().state.screen.earlier = Earlier::default();
+        window.state_mut().act(beside);
+        settle(&mut window);
+        let found = state(&window).data.validity.as_ref().unwrap().1.as_ref().unwrap();
+        assert_eq!((found.answer, found.pictures), (answer, 2), "{}", found.sentence);
+    }
 }
 
 /// α stops where no corner supports what is shown; a second drag goes on.

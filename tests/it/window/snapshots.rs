@@ -1,6 +1,6 @@
 //! Pictures of the window, in both themes: each page of each panel comes from the registry.
 
-use std::{ops::ControlFlow, sync::Arc};
+use std::{ops::ControlFlow, path::Path, sync::Arc};
 
 use egui::Theme;
 use egui_kittest::{Harness, image_snapshot_options};
@@ -11,11 +11,10 @@ use straightedge::{
         action::{Action, demo},
         lab::Part,
         panels::{PANELS, Tile},
-        screen::{Beside, Dialog, ExportPart, Screen},
+        screen::{Beside, Dialog, Earlier, ExportPart, Screen},
         state::Frame,
     },
     calib::{
-        compare::Side,
         experiment::ablate::{Numbers, TRIALS},
         observation::FrameId,
     },
@@ -43,12 +42,16 @@ fn show(window: &mut Harness<'_, App>, screen: Screen) {
 
 fn every_page(theme: Theme) {
     let mut window = demonstrated(SIZE, theme);
-    let solution = window.state().state.data.solved().unwrap().1.clone();
-    let mut camera = solution.camera;
-    camera.params[0] += 0.2;
-    camera.params[4] += 0.002;
-    let side = Side { camera, covariance: Some(solution.covariance), residual: None };
-    let earlier = Beside { name: "last_may.json".to_owned(), side };
+    let report = window.state().state.data.answer.as_ref().unwrap().report().clone();
+    let made = |name: &str, days: f64, focal_px: f64, k1: f64| {
+        let mut report = report.clone();
+        let camera = &mut report.solution.as_mut().unwrap().camera;
+        camera.params[..2].iter_mut().for_each(|f| *f += focal_px);
+        camera.params[4] += k1;
+        Beside::read(Path::new(name), report.to_json(), Some(days)).unwrap()
+    };
+    let mut earlier = Earlier::default();
+    earlier.open(made("last_may.json", 20_580.0, 0.2, 0.002));
     for panel in &PANELS {
         for (i, page) in panel.pages.iter().enumerate() {
             let mut screen = Screen { center: panel.tile, ..Screen::default() };
@@ -70,9 +73,15 @@ fn every_page(theme: Theme) {
         picture(&mut window, &name(theme, what));
     };
     shoot(Screen { sheet: true, ..Screen::default() }, "sheet");
-    let mut lens = Screen { center: Tile::Lens, beside: Some(Arc::new(earlier)), ..Screen::default() };
+    let mut lens = Screen { center: Tile::Lens, earlier, ..Screen::default() };
     lens.pages[Tile::Lens.index()] = PANELS[Tile::Lens.index()].pages.len() - 1;
-    shoot(lens, "compared");
+    shoot(lens.clone(), "compared");
+    for (name, days, focal_px) in
+        [("june.json", 20_610.0, 0.01), ("july.json", 20_640.0, -0.02), ("august.json", 20_672.0, 0.15)]
+    {
+        lens.earlier.open(made(name, days, focal_px, 0.0));
+    }
+    shoot(lens, "over time");
     shoot(Screen { more: true, ..Screen::default() }, "more");
     let export = |part| Dialog::Export { part, format: 0 };
     for (dialog, what) in [

@@ -1,23 +1,24 @@
-//! A second calibration beside the one found: where they differ, and whether chance explains it.
+//! An earlier calibration beside the one found: whether it still holds, where they differ, and whether chance explains it.
 
 use std::sync::Arc;
 
-use egui::{Color32, Rect, Sense, Ui, pos2, vec2};
+use egui::{Color32, Rect, ScrollArea, Sense, Ui, pos2, vec2};
 
-use super::NOTHING;
+use super::over_time;
 use crate::{
     app::{
         action::Command,
         cx::Cx,
         maps::{self, Grid},
+        plan::validity_key,
         plots::Axis,
         screen::Beside,
         style::{font, from_map, icon},
-        widgets::{WHOLE, button, color_bar, empty, fit_top_left, named, text},
+        widgets::{WHOLE, button, color_bar, fit_top_left, minus, named, segmented, text},
     },
     calib::{
         Result,
-        compare::{Comparison, Side, Verdict, compare},
+        compare::{Answer, Comparison, Side, Verdict, compare},
         number::{significant, with_sigma},
     },
     job::Key,
@@ -48,51 +49,103 @@ fn comparison(cx: &Cx<'_>, ui: &Ui, beside: &Arc<Beside>) -> Option<Arc<Known>> 
 
 /// The page.
 pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
-    let t = cx.t;
-    if cx.state.data.solved().is_none() {
-        return empty(ui, t, NOTHING);
+    let earlier = cx.state.screen.earlier.clone();
+    let Some(beside) = earlier.shown() else { return invitation(cx, ui) };
+    if earlier.over_time {
+        return over_time::show(cx, ui, &earlier);
     }
-    let Some(beside) = cx.state.screen.beside.clone() else { return invitation(cx, ui) };
-    let Some(known) = comparison(cx, ui, &beside) else { return };
     let all = ui.available_rect_before_wrap();
+    let known = comparison(cx, ui, beside);
+    let comparison = known.as_ref().map(|known| &known.comparison);
     let side = if all.width() > 2.0 * WORDS { WORDS } else { 0.0 };
-    let mut words = if side > 0.0 {
-        crate::app::panels::part(ui, "words", all.with_min_x(all.right() - side))
-    } else {
-        crate::app::panels::part(ui, "words", all.with_min_y(all.center().y))
+    let room = match (comparison, side > 0.0) {
+        // Without a camera of the pictures there is no map.
+        (None | Some(Err(_)), _) => all,
+        (Some(Ok(_)), true) => all.with_min_x(all.right() - side),
+        (Some(Ok(_)), false) => all.with_min_y(all.center().y),
     };
-    words.horizontal(|ui| {
-        ui.label(text(&beside.name, font::semibold(font::SMALL), t.ink));
+    let mut words = crate::app::panels::part(ui, "words", room);
+    head(cx, &mut words, &beside.name);
+    ScrollArea::vertical().auto_shrink(false).show(&mut words, |ui| {
+        validity(cx, ui, beside);
+        ui.add_space(8.0);
+        match comparison {
+            Some(Ok(comparison)) => figures(cx, ui, comparison),
+            Some(Err(error)) => drop(ui.label(text(error.to_string(), font::regular(font::SMALL), cx.t.bad))),
+            None => {}
+        }
+    });
+    if let (Some(known), Some(Ok(comparison))) = (&known, comparison) {
+        let right = if side > 0.0 { side + 16.0 } else { 0.0 };
+        let bottom = if side > 0.0 { all.bottom() } else { all.center().y };
+        let room = Rect::from_min_max(all.min, pos2(all.right() - right - 62.0, bottom - 26.0));
+        map(cx, ui, room, known, comparison);
+    }
+}
+
+/// What is shown of which.
+fn head(cx: &mut Cx<'_>, ui: &mut Ui, name: &str) {
+    let t = cx.t;
+    switch(cx, ui);
+    ui.horizontal(|ui| {
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             if button(ui, t, "", "Close", 24.0).clicked() {
-                cx.show(|s| s.beside = None);
+                cx.show(|s| s.earlier.close(s.earlier.shown));
             }
-            if button(ui, t, "", "Another…", 24.0).clicked() {
-                cx.ask(Command::PickCamera);
-            }
+            ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                let label = egui::Label::new(text(name, font::semibold(font::SMALL), t.ink)).truncate();
+                ui.add(label);
+            });
         });
     });
-    match &known.comparison {
-        Ok(comparison) => {
-            let right = if side > 0.0 { side + 16.0 } else { 0.0 };
-            let bottom = if side > 0.0 { all.bottom() } else { all.center().y };
-            let room = Rect::from_min_max(all.min, pos2(all.right() - right - 62.0, bottom - 26.0));
-            map(cx, ui, room, &known, comparison);
-            figures(cx, &mut words, comparison);
+}
+
+/// Between one earlier calibration and all of them, and more of them.
+pub(super) fn switch(cx: &mut Cx<'_>, ui: &mut Ui) {
+    let t = cx.t;
+    ui.horizontal(|ui| {
+        let over_time = cx.state.screen.earlier.over_time;
+        let words = ["Difference", "Over time"];
+        if let Some(chosen) = segmented(ui, t, &words, usize::from(over_time)) {
+            cx.show(|s| s.earlier.over_time = chosen == 1);
         }
-        Err(error) => drop(words.label(text(error.to_string(), font::regular(font::SMALL), t.bad))),
-    }
+        if button(ui, t, "", "Add…", 24.0).on_hover_text("Open more camera files or reports").clicked() {
+            cx.ask(Command::PickCameras);
+        }
+    });
+}
+
+/// Whether the earlier calibration still holds, from the pictures with it held.
+fn validity(cx: &Cx<'_>, ui: &mut Ui, beside: &Beside) {
+    let t = cx.t;
+    let Some(answer) = cx.state.data.answer.as_deref() else { return };
+    let key = validity_key(answer, beside);
+    let (words, color) = match cx.state.data.validity.as_ref().filter(|v| v.0 == key) {
+        None => ("Holding it against the pictures…".to_owned(), t.text3),
+        Some((_, Ok(found))) => {
+            let color = match found.answer {
+                Answer::StillValid => t.ok,
+                Answer::Recalibrate => t.bad,
+                Answer::Unclear => t.warn,
+            };
+            (minus(found.sentence.as_str()), color)
+        }
+        Some((_, Err(error))) => {
+            (format!("Whether it still holds the pictures do not tell: {error}"), t.warn)
+        }
+    };
+    ui.label(text(words, font::regular(font::SMALL), color));
 }
 
 /// Before there is one.
 fn invitation(cx: &mut Cx<'_>, ui: &mut Ui) {
     let t = cx.t;
-    let words = "Is it still the same camera? Drop an earlier calibration on the window, a camera file of any program or a report, and see where in the picture the two differ, and whether chance explains it.";
+    let words = "Is it still the same camera? Drop earlier calibrations on the window, camera files of any program or reports: does the last one still hold for these pictures, where in the picture do two differ, does chance explain it, and how does the camera change over time?";
     ui.set_max_width(420.0);
     ui.label(text(words, font::regular(font::BODY), t.text2));
     ui.add_space(8.0);
-    if button(ui, t, icon::FOLDER, "Open a camera file…", 26.0).clicked() {
-        cx.ask(Command::PickCamera);
+    if button(ui, t, icon::FOLDER, "Open camera files…", 26.0).clicked() {
+        cx.ask(Command::PickCameras);
     }
 }
 
@@ -147,7 +200,7 @@ fn figures(cx: &Cx<'_>, ui: &mut Ui, c: &Comparison) {
         Verdict::Differ => t.bad,
         Verdict::Unknown => t.warn,
     };
-    ui.label(text(c.sentence(), font::regular(font::SMALL), color));
+    ui.label(text(minus(c.sentence()), font::regular(font::SMALL), color));
     ui.add_space(6.0);
     (ui.spacing_mut().interact_size.y, ui.spacing_mut().item_spacing.y) = (16.0, 3.0);
     let row = |ui: &mut Ui, name: &str, value: String| {

@@ -40,6 +40,11 @@ pub fn file(path: &Path) -> Option<File> {
     FILES.with_borrow(|files| files.get(path).cloned())
 }
 
+/// When the file at a path was written, days since 1970.
+pub fn written(path: &Path) -> Option<f64> {
+    file(path).map(|file| file.last_modified() / 86_400_000.0)
+}
+
 /// Whether a file is known at a path, or in a folder with this path.
 pub fn exists(path: &Path) -> bool {
     file(path).is_some() || is_folder(path)
