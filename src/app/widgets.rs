@@ -210,8 +210,11 @@ pub fn level(t: &Tokens, level: crate::calib::diagnose::Level) -> (&'static str,
 pub fn typed(ui: &mut Ui, id: &str, shown: &str, hint: &str, width: f32) -> (Response, Option<String>) {
     let id = egui::Id::unique(id);
     let mut buffer = ui.data(|d| d.get_temp::<String>(id)).unwrap_or_else(|| shown.to_owned());
-    let edit =
-        egui::TextEdit::singleline(&mut buffer).desired_width(width).hint_text(hint).id(id.with("edit"));
+    let edit = egui::TextEdit::singleline(&mut buffer)
+        .desired_width(width)
+        .min_size(egui::vec2(width, 0.0))
+        .hint_text(hint)
+        .id(id.with("edit"));
     let response = ui.add(edit);
     if response.has_focus() {
         ui.data_mut(|d| d.insert_temp(id, buffer));

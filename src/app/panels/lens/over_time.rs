@@ -25,7 +25,7 @@ use crate::{
 /// What the present calibration is called.
 const PRESENT: &str = "these pictures";
 /// Height of the figures with their titles, points.
-const FIGURES: f32 = 200.0;
+const FIGURES: f32 = 170.0;
 /// Half the width of a band, points.
 const HALF: f32 = 7.0;
 /// Temperatures that cameras are used at, °C.
@@ -156,7 +156,7 @@ fn figure(ui: &mut Ui, t: &'static Tokens, name: &str, points: &[Point], bands: 
 fn table(cx: &mut Cx<'_>, ui: &mut Ui, earlier: &Earlier, series: &Series) {
     let t = cx.t;
     ui.add_space(8.0);
-    Grid::new("series").num_columns(8).spacing([14.0, 3.0]).show(ui, |ui| {
+    Grid::new("series").num_columns(8).spacing([14.0, 1.0]).show(ui, |ui| {
         for name in
             ["calibration", "date", "°C", "focal length, px", "differs, px", "by chance up to", "", ""]
         {
