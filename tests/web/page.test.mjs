@@ -115,13 +115,23 @@ inBrowser('sources of error, an earlier calibration, a twin', {}, async b => {
   await looks(b, page, 'sources');
   const report = JSON.parse((await exported(page)).bytes);
   assert.equal(report.sources.cards.length, 7);
+  assert.equal(report.verdict.level, 'good');
+  assert.ok(report.findings.every(f => f.title && f.text));
   // The same camera, 2 px longer.
   for (const camera of [report, ...report.cameras]) camera.camera_matrix.fx += 2, camera.camera_matrix.fy += 2;
   await page.drop([['earlier.json', JSON.stringify(report)]]);
   await page.see('RMS over the picture');
+  // Held against the pictures by a worker.
+  await page.see('Recalibrate: the focal length moved by');
   await page.gone('is in your downloads');
   await page.still();
   await looks(b, page, 'compare');
+  const shorter = JSON.stringify(report, (name, value) => (name === 'fx' || name === 'fy') && value > 900 ? value - 3 : value);
+  await page.drop([['later.json', JSON.stringify(report) + ' '], ['last.json', shorter]]);
+  await page.see('last.json');
+  await page.see('Recalibrate: 2 of 3 left the first');
+  await page.click('Close last.json');
+  await page.gone('last.json');
   await page.click('Menu');
   await page.click('Lab');
   await page.click(node => words(node) === 'Twin');
