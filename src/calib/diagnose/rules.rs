@@ -26,6 +26,7 @@ const RULES: &[Rule] = &[
     errors::bent_board,
     errors::lens_pattern,
     errors::picture_pattern,
+    lens::straightened,
     lens::not_determined,
     errors::outliers,
     capture::set_aside,

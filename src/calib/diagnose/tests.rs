@@ -20,7 +20,12 @@ type Stand = ([f64; 3], [f64; 2], f64);
 
 /// A report over boards seen by a known camera with noise of 0.1 px; `bend` lifts the board in its middle, mm.
 fn report(stands: &[Stand], bend: f64, spoil: impl Fn(usize, &mut Corner)) -> Report {
-    let params = vec![600.0, 600.0, 319.5, 239.5, -0.25, 0.08, 0.0, 0.0, 0.0];
+    through([-0.25, 0.08], stands, bend, spoil)
+}
+
+/// The same through a lens with these radial terms.
+fn through([k1, k2]: [f64; 2], stands: &[Stand], bend: f64, spoil: impl Fn(usize, &mut Corner)) -> Report {
+    let params = vec![600.0, 600.0, 319.5, 239.5, k1, k2, 0.0, 0.0, 0.0];
     let camera = Camera::new(Model::Brown5, [640, 480], params).unwrap();
     let target = Target::checkerboard(BOARD, 25.0);
     let noise = Normal::new(0.0, 0.1).unwrap();
@@ -110,6 +115,18 @@ fn a_good_set_is_good() {
     for code in ["few_views", "frontal", "loud_picture", "lens_pattern", "board_pattern", "no_camera"] {
         assert!(!codes.iter().any(|c| c == code), "{codes:?}");
     }
+}
+
+#[test]
+fn pictures_without_distortion_are_named() {
+    let named = |terms: [f64; 2], stands: &[Stand]| {
+        codes(&through(terms, stands, 0.0, |_, _| ())).contains(&"straightened".to_owned())
+    };
+    // What is left of a correction: half a pixel; an ordinary lens; corners in the middle only, where no lens bends.
+    assert!(named([-0.003, 0.0], &good()));
+    assert!(!named([-0.03, 0.0], &good()) && !named([-0.25, 0.08], &good()));
+    let middle: Vec<Stand> = good().into_iter().map(|(a, _, d)| (a, [319.5, 239.5], 3.0 * d)).collect();
+    assert!(!named([-0.25, 0.08], &middle));
 }
 
 #[test]
