@@ -1,38 +1,44 @@
 //! The synthetic twin of a capture: the same boards before the same camera, drawn anew, so that the truth is known.
 //!
 //! Every picture is rendered at its pose ([`super::synth`]) with the grey levels and the blur that its own corners were found to have
-//! (`Light`; those of an ordinary print where they are not known), and with as much noise as makes the detector predict the same σ for its
-//! corners as in the photograph: shot noise and JPEG are in that σ, too. The real detector finds the corners, the real solver the camera, again and again with other noise. What a parameter is off
+//! (`Light`, of checkerboards; those of an ordinary print where they are not known), and with as much noise as makes the detector predict the same σ for its
+//! corners as in the photograph, as far as it does not hide the board: shot noise and JPEG are in that σ, too. The real detector finds the corners, the real solver the camera, again and again with other noise. What a parameter is off
 //! on average is its bias, how it varies its scatter, and both stand beside the σ that was predicted: from pictures to the camera, not only
 //! from corners.
+//!
+//! Whatever of a target is detected can be drawn: checkerboards, markers and circles, black on white. Of circles the solver's correction of
+//! their centres is part of each run, as in the capture.
 //!
 //! What the twin does not have is what the noise of the pictures cannot explain: a board that is not flat, motion, a lens that is
 //! not of the model. Where the σ of the capture is larger than that of its twin, that is the reason.
 
+mod look;
 mod outcome;
 
 pub use outcome::{Outcome, Parameter, Place};
 
 use std::ops::ControlFlow;
 
-use nalgebra::Vector2;
+use nalgebra::{Point2, Point3, Vector2};
 
 use super::{
     Error, Result,
     calibrate::{CameraSetup, Options, Problem},
-    detect::{self, Light, detect},
+    camera::Camera,
+    circles::bias,
+    detect::Light,
     image::Gray,
     observation::{Corner, FrameId, Observation},
     pose::Pose,
     report::{FrameReport, Report, Solution},
     stats,
-    synth::{Board, Degrade, Levels, Origin, Renderer, Scene, ScenePose},
+    synth::{Degrade, Levels, Print},
     target::Target,
 };
 
 /// Grey levels of a print in ordinary light.
 const LEVELS: Levels = Levels { black: 40, white: 215, background: 130 };
-/// Width of the white border, squares.
+/// Width of the white border, squares, markers or spacings.
 const MARGIN: f64 = 1.0;
 /// Blur of a lens in focus with the pixels behind it, px.
 const BLUR_PX: f64 = 0.6;
@@ -40,11 +46,17 @@ const BLUR_PX: f64 = 0.6;
 const NOISE: f64 = 4.0;
 const NOISES: [f64; 2] = [0.05, 60.0];
 /// How often the noise is adapted.
-const ROUNDS: usize = 2;
+const ROUNDS: u64 = 2;
+/// Share of the points that noise may hide; where it hides more it is lowered by this factor, so often at most.
+const HIDDEN: f64 = 0.1;
+const LOWER: f64 = 0.7;
+const LOWERINGS: u64 = 6;
 
 /// A capture that can be drawn again.
 pub struct Twin {
-    scene: Scene,
+    /// The true camera: that of the capture.
+    camera: Camera,
+    target: Target,
     options: Options,
     solution: Solution,
     views: Vec<View>,
@@ -52,7 +64,9 @@ pub struct Twin {
 
 /// A picture of the capture.
 struct View {
-    /// Indices of the corners that were used.
+    /// The true pose.
+    camera_from_board: Pose,
+    /// Indices of the points that were used.
     used: Vec<u32>,
     /// Median of their predicted σ, px.
     sigma_px: f64,
@@ -61,12 +75,14 @@ struct View {
 }
 
 impl View {
-    fn of(frame: &FrameReport) -> Self {
-        Self {
+    /// `None` of a picture without a pose.
+    fn of(frame: &FrameReport) -> Option<Self> {
+        Some(Self {
+            camera_from_board: frame.camera_from_board()?,
             used: frame.corners.iter().map(|c| c.index).collect(),
             sigma_px: median_sigma(&frame.corners),
             light: frame.light,
-        }
+        })
     }
 }
 
@@ -81,36 +97,20 @@ pub struct Seen {
 
 impl Twin {
     /// # Errors
-    /// [`Error::Invalid`] where there is no calibration, or the board is no checkerboard.
+    /// [`Error::Invalid`] where there is no calibration, and of known points, of which nobody knows how they look; those of [`Print::of`].
     pub fn of(report: &Report) -> Result<Self> {
-        let solution = report.solution.clone().ok_or_else(|| {
-            Error::Invalid("there is no calibration to make a twin of: calibrate first".to_owned())
-        })?;
-        let settings = &report.settings;
-        let (None, Some(size)) = (&settings.target, settings.board) else {
+        let (Some(solution), Some(target)) = (report.solution.clone(), report.settings.target()) else {
             return Err(Error::Invalid(
-                "a twin can be drawn of checkerboards only: this calibration is of another target".to_owned(),
+                "there is no calibration to make a twin of: calibrate first".to_owned(),
             ));
         };
-        let views: Vec<(&FrameReport, Pose)> =
-            report.included().filter_map(|f| Some((f, f.camera_from_board()?))).collect();
-        let scene = Scene {
-            camera: solution.camera.clone(),
-            board: Board {
-                size,
-                square: settings.square,
-                unit: settings.unit,
-                margin: MARGIN,
-                levels: LEVELS,
-                origin: Origin::FirstInner,
-            },
-            poses: views.iter().map(|(f, pose)| placed(f, pose)).collect(),
-            method: Default::default(),
-            degrade: Degrade { blur: BLUR_PX, ..Degrade::default() },
-            seed: 0,
-            color: false,
-        };
-        scene.validate()?;
+        if matches!(target, Target::Points { .. }) {
+            return Err(Error::Invalid(
+                "a twin can be drawn of printed boards only: how known points look in a picture is not known"
+                    .to_owned(),
+            ));
+        }
+        let settings = &report.settings;
         let options = Options {
             fixed: settings.fixed.clone(),
             loss: settings.loss,
@@ -118,7 +118,9 @@ impl Twin {
             multi_start: false,
             ..Options::default()
         };
-        Ok(Self { scene, options, solution, views: views.iter().map(|(f, _)| View::of(f)).collect() })
+        let views = report.included().filter_map(View::of).collect();
+        Print::of(&target, MARGIN, LEVELS)?;
+        Ok(Self { camera: solution.camera.clone(), target, options, solution, views })
     }
 
     /// Number of pictures.
@@ -129,34 +131,41 @@ impl Twin {
     /// Draws a picture `runs` times with other noise and finds its corners. `report` gets the share that is done, and may stop it.
     ///
     /// # Errors
-    /// [`Error::Stopped`] where `report` breaks; otherwise those of [`Renderer`].
+    /// [`Error::Stopped`] where `report` breaks; otherwise those of [`Print::light`].
     pub fn seen(
         &self,
         view: usize,
         runs: usize,
         report: &mut dyn FnMut(f32) -> ControlFlow<()>,
     ) -> Result<Seen> {
-        let View { used, sigma_px, light: known } = self.views.get(view).ok_or(Error::Stopped)?;
-        let mut scene = self.scene.clone();
-        let mut noise = NOISE;
-        if let Some(known) = known {
-            scene.board.levels = levels(known);
-            scene.degrade.blur = known.blur_px;
-            noise = known.noise.clamp(NOISES[0], NOISES[1]);
-        }
-        let light = Renderer::new(&scene)?.light(view)?;
-        let truth = scene.corners_px(view);
-        let look = |noise: f64, seed: u64| -> Result<Vec<Corner>> {
-            let scene = Scene { seed, poses: Vec::new(), ..scene.clone() };
-            let degrade = Degrade { noise, ..scene.degrade.clone() };
-            let picture = degrade.apply(light.clone(), &scene, view)?;
-            Ok(named(&detect(&Gray::U8(picture), &detect::Options::default()), &truth, used))
+        let View { camera_from_board, used, sigma_px, light: known } =
+            self.views.get(view).ok_or(Error::Stopped)?;
+        let (levels, blur, mut noise) = match known {
+            Some(known) => (levels(known), known.blur_px, known.noise.clamp(NOISES[0], NOISES[1])),
+            None => (LEVELS, BLUR_PX, NOISE),
         };
-        for round in 0..ROUNDS as u64 {
-            let found = median_sigma(&look(noise, u64::MAX - round)?);
+        let light = Print::of(&self.target, MARGIN, levels)?.light(&self.camera, camera_from_board)?;
+        let truth = self.places_px(view);
+        let look = |noise: f64, seed: u64| -> Result<Vec<Corner>> {
+            let degrade = Degrade { blur, noise, ..Degrade::default() };
+            let picture = Gray::U8(degrade.expose(light.clone(), seed, view)?);
+            Ok(look::at(&picture, &self.target, &truth, used))
+        };
+        let mut most = 0;
+        for round in 0..ROUNDS {
+            let corners = look(noise, u64::MAX - round)?;
+            most = most.max(corners.len());
+            let found = median_sigma(&corners);
             if found > 0.0 && *sigma_px > 0.0 {
                 noise = (noise * sigma_px / found).clamp(NOISES[0], NOISES[1]);
             }
+        }
+        // Where σ has other reasons, so much noise may hide the board.
+        for round in ROUNDS..ROUNDS + LOWERINGS {
+            if look(noise, u64::MAX - round)?.len() as f64 >= (1.0 - HIDDEN) * most as f64 {
+                break;
+            }
+            noise *= LOWER;
         }
         let mut corners = Vec::with_capacity(runs);
         for run in 0..runs {
@@ -176,8 +185,19 @@ impl Twin {
         outcome::of(self, seen, report)
     }
 
-    fn target(&self) -> Target {
-        self.scene.board.target()
+    /// Where each point of a view is to be measured, by index, px: the projected point, and of a circle the centre of what is seen of it.
+    fn places_px(&self, view: usize) -> Vec<Option<Vector2<f64>>> {
+        let Some(View { camera_from_board: pose, .. }) = self.views.get(view) else { return Vec::new() };
+        let place = |point: &Point3<f64>| {
+            let px = self.camera.project(&pose.apply(point))?;
+            match self.target {
+                Target::Circles { radius, .. } => {
+                    Some(px + bias::offset(&self.camera, pose, &Point2::new(point.x, point.y), radius)?)
+                }
+                _ => Some(px),
+            }
+        };
+        self.target.points_in_board().iter().map(place).collect()
     }
 
     /// What one run is calibrated from.
@@ -186,7 +206,7 @@ impl Twin {
             let corners = seen.corners.get(run)?.clone();
             (!corners.is_empty()).then_some(Observation { camera: 0, frame: FrameId(frame), corners })
         });
-        let camera = &self.scene.camera;
+        let camera = &self.camera;
         // Held parameters are held where they are; nothing else is told.
         let start = (!self.options.fixed.is_empty()).then(|| camera.clone());
         Problem {
@@ -197,7 +217,7 @@ impl Twin {
                 start,
                 focal_hint_px: None,
             }],
-            target: self.target(),
+            target: self.target.clone(),
             options: self.options.clone(),
         }
     }
@@ -218,14 +238,6 @@ pub fn run(of: &Report, runs: usize, report: &mut dyn FnMut(f32) -> ControlFlow<
     twin.outcome(&seen?, &mut |part| report(PICTURES + (1.0 - PICTURES) * part))
 }
 
-fn placed(frame: &FrameReport, pose: &Pose) -> ScenePose {
-    ScenePose {
-        angles_deg: pose.euler_deg(),
-        translation: pose.translation.into(),
-        description: frame.name().to_owned(),
-    }
-}
-
 /// Grey levels of a board in this light, and half way between them beside it.
 fn levels(light: &Light) -> Levels {
     let level = |v: f64| v.round().clamp(0.0, 255.0) as u8;
@@ -238,21 +250,6 @@ fn median_sigma(corners: &[Corner]) -> f64 {
     let mut all: Vec<f64> = corners.iter().map(|c| c.sigma_px).filter(|s| s.is_finite()).collect();
     all.sort_by(f64::total_cmp);
     if all.is_empty() { 0.0 } else { stats::quantile(&all, 0.5) }
-}
-
-/// The corners that were found by the indices of the true ones that they are nearest to, of those that the photograph shows.
-fn named(detection: &detect::Detection, truth: &[Option<Vector2<f64>>], used: &[u32]) -> Vec<Corner> {
-    /// A corner farther from its true place is another one, px.
-    const NEAR_PX: f64 = 2.0;
-    let Some(grid) = &detection.grid else { return Vec::new() };
-    let corner = |index: &u32| {
-        let place = (*truth.get(*index as usize)?)?;
-        let distance = |px: &Vector2<f64>| (px - place).norm();
-        let nearest = grid.corners.iter().min_by(|a, b| distance(&a.px).total_cmp(&distance(&b.px)))?;
-        let found = Corner { index: *index, px: nearest.px, sigma_px: nearest.sigma_px };
-        (distance(&found.px) < NEAR_PX).then_some(found)
-    };
-    used.iter().filter_map(corner).collect()
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@
 //! 5. Covariance from the reduced normal matrix; sets that do not determine the camera are refused: a focal length or
 //!    principal point is accepted only where *another value fits significantly worse*.
 
+mod centred;
 mod choose;
 mod compare;
 mod contradiction;
@@ -34,6 +35,7 @@ use super::{
     solution::{Calibration, View, Warning},
     target::Target,
 };
+pub use centred::centred;
 pub use choose::{simplest_sufficient, worth_trying};
 pub use compare::{CANDIDATES, COLUMNS, Candidate, Comparison, SplinedCandidate, compare, splined};
 use options::Constraints;

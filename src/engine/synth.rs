@@ -10,6 +10,8 @@
 //! * **Crude** ([`Method::Crude`]): the source document's way, polygons whose vertices are cut to whole pixels. Its
 //!   corners are wrong by up to a pixel; it is kept to show where the document's residuals come from.
 //!
+//! Boards of markers and circles are drawn exactly, too ([`Print`]), one picture at a time.
+//!
 //! Degradations ([`Degrade`]) are seeded: one stream of random numbers per seed, view and effect, so a view is the
 //! same alone or in a set, and one effect does not change another.
 
@@ -17,15 +19,19 @@ mod coverage;
 mod crude;
 pub mod degrade;
 mod filter;
+mod polygon;
 pub mod poses;
+mod print;
 mod random;
 mod rays;
 pub mod render;
 pub mod scene;
+mod shapes;
 mod surface;
 pub mod truth;
 
 pub use degrade::Degrade;
+pub use print::Print;
 pub use render::Renderer;
 pub use scene::{Board, Cut, Levels, Method, Origin, Scene, ScenePose};
 pub use truth::{Truth, TruthFrame};

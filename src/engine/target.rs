@@ -286,12 +286,13 @@ impl Target {
         match self {
             Self::Checkerboard { size, .. } => format!("{} × {}", size.cols, size.rows),
             Self::Markers { board, .. } => {
-                let (kind, [columns, rows]) = match board {
-                    MarkerBoard::Charuco(b) => ("ChArUco", [b.columns, b.rows]),
-                    MarkerBoard::AprilGrid(b) => ("AprilGrid", [b.columns, b.rows]),
-                    MarkerBoard::ArucoGrid(b) => ("ArUco", [b.columns, b.rows]),
+                let kind = match board {
+                    MarkerBoard::Charuco(_) => "ChArUco",
+                    MarkerBoard::AprilGrid(_) => "AprilGrid",
+                    MarkerBoard::ArucoGrid(_) => "ArUco",
                 };
-                format!("{kind} {columns} × {rows}")
+                let BoardSize { cols, rows } = board.size();
+                format!("{kind} {cols} × {rows}")
             }
             Self::Circles { board, .. } => format!("Circles {} × {}", board.size.cols, board.size.rows),
             Self::Points { .. } => format!("{} points", self.len()),

@@ -16,11 +16,10 @@ use crate::calib::{
     advice::{Advice, Goal, advise},
     board::Design,
     calibrate::{
-        self, CANDIDATES, COLUMNS, Comparison, Options, Problem, SplinedCandidate, calibrate,
+        self, CANDIDATES, COLUMNS, Comparison, Options, Problem, SplinedCandidate, calibrate, centred,
         simplest_sufficient, worth_trying,
     },
     camera::{Camera, Model},
-    circles::bias::corrected,
     diagnose::{self, Finding, Verdict, sources},
     format, influence,
     observation::Corner,
@@ -328,7 +327,10 @@ fn solve(
     tick: &mut dyn FnMut(f32) -> ControlFlow<()>,
 ) -> Result<Result<Calibration>> {
     match choose(problem, models, tick)? {
-        Ok(calibration) => centred(problem, calibration, tick),
+        Ok(calibration) => match centred(problem, calibration, tick) {
+            Err(Error::Stopped) => Err(Error::Stopped),
+            other => Ok(other),
+        },
         Err(error) => Ok(Err(error)),
     }
 }
@@ -358,47 +360,6 @@ fn choose(
         }
     }
     Ok(simplest_sufficient(&list).map(|best| list.swap_remove(best)).ok_or(failure))
-}
-
-/// Rounds after which the places of circles stand still: the shift hardly depends on the camera.
-const ROUNDS: usize = 2;
-
-/// Of circles the calibration once more, with their measured places moved to the projected centres; of other boards as it is.
-///
-/// # Errors
-/// [`Error::Stopped`] where `tick` breaks.
-fn centred(
-    problem: &Problem,
-    mut calibration: Calibration,
-    tick: &mut dyn FnMut(f32) -> ControlFlow<()>,
-) -> Result<Result<Calibration>> {
-    let Target::Circles { radius, .. } = problem.target else { return Ok(Ok(calibration)) };
-    let points = problem.target.points_in_board();
-    for _ in 0..ROUNDS {
-        let camera = &calibration.camera;
-        let mut again = problem.clone();
-        again.cameras.iter_mut().for_each(|c| (c.model, c.start) = (camera.model, Some(camera.clone())));
-        let poses: Vec<_> = problem
-            .observations
-            .iter()
-            .filter_map(|o| calibration.views.iter().find(|v| v.frame == o.frame))
-            .map(|v| v.camera_from_board)
-            .collect();
-        // Pictures that were set aside have no pose, and stay aside.
-        again.observations.retain(|o| calibration.views.iter().any(|v| v.frame == o.frame));
-        again.observations =
-            corrected(&again.observations, std::slice::from_ref(camera), &poses, &points, radius);
-        match calibrate(&again, tick) {
-            Ok(next) => {
-                let aside = std::mem::take(&mut calibration.set_aside);
-                calibration = Calibration { closed_form: calibration.closed_form, ..next };
-                calibration.set_aside.extend(aside);
-            }
-            Err(Error::Stopped) => return Err(Error::Stopped),
-            Err(error) => return Ok(Err(error)),
-        }
-    }
-    Ok(Ok(calibration))
 }
 
 /// Refuses a start camera for pictures of another size.

@@ -8,12 +8,14 @@ use serde::{Deserialize, Serialize};
 use super::{Seen, Twin};
 use crate::calib::{
     Error, Result,
-    calibrate::calibrate,
+    calibrate::{Problem, calibrate, centred},
+    marker::board::MarkerBoard,
     number::significant,
     order,
     pose::Pose,
     solution::Calibration,
     stats,
+    target::Target,
     uncertainty::{self, Range},
 };
 
@@ -37,7 +39,7 @@ pub struct Outcome {
     pub corner_px: [f64; 2],
     /// Of these distances what is the same in every run, RMS per coordinate, px.
     pub corner_bias_px: f64,
-    /// Correlation of the noise of neighbouring corners across the edge between them.
+    /// Correlation of the noise of neighbouring corners across the printed edge between them; 0 of circles, which have none.
     pub neighbours: f64,
     /// RMS per coordinate of the residuals: of the capture, and of its twin.
     pub rms_per_coordinate_px: [f64; 2],
@@ -118,7 +120,7 @@ pub(super) fn of(
         if report(run as f32 / runs as f32).is_break() {
             return Err(Error::Stopped);
         }
-        match calibrate(&twin.problem(seen, run), &mut |_| ControlFlow::Continue(())) {
+        match solved(&twin.problem(seen, run)) {
             Ok(calibration) => found.push(calibration),
             Err(Error::Stopped) => return Err(Error::Stopped),
             Err(_) => {}
@@ -150,6 +152,12 @@ pub(super) fn of(
     })
 }
 
+/// As a capture is: with the centres of circles put right.
+fn solved(problem: &Problem) -> Result<Calibration> {
+    let go_on = &mut |_| ControlFlow::Continue(());
+    centred(problem, calibrate(problem, go_on)?, go_on)
+}
+
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (n, sum) = values.fold((0.0, 0.0), |(n, sum), v| (n + 1.0, sum + v));
     if n > 0.0 { sum / n } else { 0.0 }
@@ -169,10 +177,10 @@ struct Corners {
 
 impl Corners {
     fn of(twin: &Twin, seen: &[Seen]) -> Self {
-        let columns = twin.scene.board.size.cols;
+        let pairs = neighbours(&twin.target);
         let (mut out, mut together, mut alone) = (Self::default(), 0.0, 0.0);
         for (view, seen) in seen.iter().enumerate() {
-            let truth = twin.scene.corners_px(view);
+            let truth = twin.places_px(view);
             let place = |index: u32| truth.get(index as usize).copied().flatten();
             let mut means: BTreeMap<u32, (f64, Vector2<f64>)> = BTreeMap::new();
             for c in seen.corners.iter().flatten() {
@@ -193,17 +201,15 @@ impl Corners {
                         .iter()
                         .filter_map(|c| Some((c.index, c.px - place(c.index)? - means.get(&c.index)?.1))),
                 );
-                for (&index, one) in &noise {
-                    let right = (index % columns + 1 < columns).then_some(index + 1);
-                    for next in [right, Some(index + columns)].into_iter().flatten() {
-                        let (Some(two), Some(a), Some(b)) = (noise.get(&next), place(index), place(next))
-                        else {
-                            continue;
-                        };
-                        let across = [one, two].map(|e| (b - a).normalize().perp(e));
-                        together += across[0] * across[1];
-                        alone += 0.5 * (across[0].powi(2) + across[1].powi(2));
-                    }
+                for [index, next] in pairs.iter().copied() {
+                    let (Some(one), Some(two), Some(a), Some(b)) =
+                        (noise.get(&index), noise.get(&next), place(index), place(next))
+                    else {
+                        continue;
+                    };
+                    let across = [one, two].map(|e| (b - a).normalize().perp(e));
+                    together += across[0] * across[1];
+                    alone += 0.5 * (across[0].powi(2) + across[1].powi(2));
                 }
             }
         }
@@ -214,8 +220,45 @@ impl Corners {
     }
 }
 
+/// Indices of points that are joined by a printed edge.
+fn neighbours(target: &Target) -> Vec<[u32; 2]> {
+    let mut pairs = Vec::new();
+    match target {
+        Target::Circles { .. } | Target::Points { .. } => {}
+        // Corners around each marker, and of an AprilGrid across the small squares between them; rows are counted upwards there.
+        Target::Markers {
+            board: board @ (MarkerBoard::AprilGrid(_) | MarkerBoard::ArucoGrid(_)), ..
+        } => {
+            let size = board.size();
+            for place in 0..size.len() as u32 {
+                let corner = |place: u32, k: u32| 4 * place + k;
+                pairs.extend([0, 1, 2, 3].map(|k| [corner(place, k), corner(place, (k + 1) % 4)]));
+                if matches!(board, MarkerBoard::AprilGrid(_)) {
+                    let [column, row] = size.at(place);
+                    if column + 1 < size.cols {
+                        pairs.extend([[1, 0], [2, 3]].map(|[a, b]| [corner(place, a), corner(place + 1, b)]));
+                    }
+                    if row + 1 < size.rows {
+                        let above = place + size.cols;
+                        pairs.extend([[3, 0], [2, 1]].map(|[a, b]| [corner(place, a), corner(above, b)]));
+                    }
+                }
+            }
+        }
+        Target::Checkerboard { .. } | Target::Markers { .. } => {
+            let Some(size) = target.grid() else { return pairs };
+            for index in 0..size.len() as u32 {
+                let [column, row] = size.at(index);
+                pairs.extend((column + 1 < size.cols).then_some([index, index + 1]));
+                pairs.extend((row + 1 < size.rows).then_some([index, index + size.cols]));
+            }
+        }
+    }
+    pairs
+}
+
 fn parameters(twin: &Twin, found: &[Calibration]) -> Vec<Parameter> {
-    let camera = &twin.scene.camera;
+    let camera = &twin.camera;
     let n = found.len() as f64;
     let of = |(i, param): (usize, &crate::calib::camera::Param)| {
         let sigma = found.iter().map(|c| c.sigma.get(i).copied().flatten()).collect::<Option<Vec<f64>>>()?;
@@ -235,7 +278,7 @@ fn parameters(twin: &Twin, found: &[Calibration]) -> Vec<Parameter> {
 }
 
 fn places(twin: &Twin, found: &[Calibration]) -> Vec<Place> {
-    let [w, h] = twin.scene.camera.size_px.map(|n| f64::from(n) - 1.0);
+    let [w, h] = twin.camera.size_px.map(|n| f64::from(n) - 1.0);
     let list = [
         ("middle", [w / 2.0, h / 2.0]),
         ("upper left corner", [0.0, 0.0]),
@@ -244,13 +287,13 @@ fn places(twin: &Twin, found: &[Calibration]) -> Vec<Place> {
         ("lower right corner", [w, h]),
     ];
     let range = twin.solution.uncertainty.range;
-    let target = twin.target();
     let pixels = list.map(|(_, at)| Vector2::from(at));
     let told: Vec<Vec<Option<f64>>> = found
         .iter()
-        .map(|c| uncertainty::at(c, &target, range.map_or(Range::Infinity, Range::At), &pixels))
+        .map(|c| uncertainty::at(c, &twin.target, range.map_or(Range::Infinity, Range::At), &pixels))
         .collect();
-    let poses: Vec<Option<Pose>> = (0..twin.pictures()).map(|v| twin.scene.camera_from_board(v)).collect();
+    let poses: Vec<Option<Pose>> =
+        (0..twin.pictures()).map(|v| twin.views.get(v).map(|v| v.camera_from_board)).collect();
     let place = |(k, (name, at_px)): (usize, (&str, [f64; 2]))| {
         let shifts =
             found.iter().map(|c| shift(twin, &poses, c, &pixels[k], range?)).collect::<Option<Vec<_>>>()?;
@@ -277,7 +320,7 @@ fn shift(
     px: &Vector2<f64>,
     range: f64,
 ) -> Option<Vector2<f64>> {
-    let point = Point3::from(twin.scene.camera.unproject(px)? * range);
+    let point = Point3::from(twin.camera.unproject(px)? * range);
     let (mut sum, mut n) = (Vector3::zeros(), 0.0);
     for view in &found.views {
         let pose = (*poses.get(view.frame.0 as usize)?)?;

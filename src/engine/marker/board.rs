@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Sighting, dictionary::Dictionary};
 pub use super::{aprilgrid::AprilGrid, aruco_grid::ArucoGrid, charuco::Charuco};
-use crate::{json::need, observation::Corner};
+use crate::{json::need, observation::Corner, target::BoardSize};
 
 /// A board made of markers. Its frame is that of all boards: x along the columns, y along the rows (down, as the board is read),
 /// z = 0; lengths are in the unit of the board.
@@ -99,6 +99,16 @@ impl MarkerBoard {
             Self::AprilGrid(_) => "aprilgrid",
             Self::ArucoGrid(_) => "arucogrid",
         }
+    }
+
+    /// Squares (ChArUco) or markers along x and y.
+    pub const fn size(&self) -> BoardSize {
+        let (cols, rows) = match self {
+            Self::Charuco(b) => (b.columns, b.rows),
+            Self::AprilGrid(b) => (b.columns, b.rows),
+            Self::ArucoGrid(b) => (b.columns, b.rows),
+        };
+        BoardSize { cols, rows }
     }
 
     /// Points in the board frame, by index.

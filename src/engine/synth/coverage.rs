@@ -1,12 +1,13 @@
-//! The printed pattern, and its mean over a small parallelogram: exact area integration.
+//! The squares of a checkerboard, and their mean over a small parallelogram: exact area integration.
 
-use super::{Board, Levels};
+use super::{Levels, polygon::Polygon};
+use crate::target::BoardSize;
 
 /// A parallelogram that touches more cells than this is simply grey.
 const MAX_CELLS: i32 = 400;
 
 /// Grey values of the board's plane. Coordinates are in squares from corner 0.
-pub(super) struct Pattern {
+pub(super) struct Squares {
     /// Squares along x and y run over −1..cols and −1..rows.
     size: [i32; 2],
     margin: f64,
@@ -16,10 +17,15 @@ pub(super) struct Pattern {
 /// Position among the lines of one axis: squares are −1..size, the margin −2 and size, outside −3 and size + 1.
 type Cell = i32;
 
-impl Pattern {
-    pub(super) fn new(board: &Board) -> Self {
-        let size = [board.size.cols as i32, board.size.rows as i32];
-        Self { size, margin: board.margin, levels: board.levels }
+impl Squares {
+    /// A board of so many inner corners with a white border of `margin` squares.
+    pub(super) const fn new(size: BoardSize, margin: f64, levels: Levels) -> Self {
+        Self { size: [size.cols as i32, size.rows as i32], margin, levels }
+    }
+
+    /// Smallest and largest x and y of the board with its border.
+    pub(super) fn ends(&self) -> [[f64; 2]; 2] {
+        self.size.map(|n| [-1.0 - self.margin, f64::from(n) + self.margin])
     }
 
     /// Grey value of a point.
@@ -50,10 +56,7 @@ impl Pattern {
         if nx.saturating_mul(ny) > MAX_CELLS || area < 1e-12 * reach[0] * reach[1] {
             return 0.5 * (f32::from(self.levels.black) + f32::from(self.levels.white));
         }
-        let vertex =
-            |u: f64, v: f64| [center[0] + u * j[0][0] + v * j[0][1], center[1] + u * j[1][0] + v * j[1][1]];
-        let whole =
-            Polygon::new(&[vertex(-0.5, -0.5), vertex(0.5, -0.5), vertex(0.5, 0.5), vertex(-0.5, 0.5)]);
+        let whole = Polygon::parallelogram(center, j);
         let mut sum = 0.0;
         for i in range[0][0]..=range[0][1] {
             let strip = whole.between(0, self.start(0, i), self.start(0, i + 1));
@@ -103,74 +106,14 @@ impl Pattern {
     }
 }
 
-/// A convex polygon of few vertices.
-#[derive(Clone, Copy)]
-struct Polygon {
-    vertices: [[f64; 2]; 8],
-    n: usize,
-}
-
-impl Polygon {
-    fn new(points: &[[f64; 2]; 4]) -> Self {
-        let mut vertices = [[0.0; 2]; 8];
-        vertices[..4].copy_from_slice(points);
-        Self { vertices, n: 4 }
-    }
-
-    /// The part with `lo ≤ coordinate < hi`.
-    fn between(&self, axis: usize, lo: f64, hi: f64) -> Self {
-        let mut p = *self;
-        if lo.is_finite() {
-            p = p.clip(axis, lo, 1.0);
-        }
-        if hi.is_finite() {
-            p = p.clip(axis, hi, -1.0);
-        }
-        p
-    }
-
-    /// The part on the side `side · (coordinate − at) ≥ 0` (Sutherland and Hodgman, CACM 17, 1974).
-    fn clip(&self, axis: usize, at: f64, side: f64) -> Self {
-        let mut out = Self { vertices: [[0.0; 2]; 8], n: 0 };
-        for i in 0..self.n {
-            let (a, b) = (self.vertices[i], self.vertices[(i + 1) % self.n]);
-            let (da, db) = (side * (a[axis] - at), side * (b[axis] - at));
-            if da >= 0.0 {
-                out.push(a);
-            }
-            if (da > 0.0 && db < 0.0) || (da < 0.0 && db > 0.0) {
-                let t = da / (da - db);
-                out.push([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
-            }
-        }
-        out
-    }
-
-    fn push(&mut self, v: [f64; 2]) {
-        // Four half-planes add at most one vertex each to the four of the parallelogram.
-        if self.n < self.vertices.len() {
-            self.vertices[self.n] = v;
-            self.n += 1;
-        }
-    }
-
-    fn area(&self) -> f64 {
-        let o = self.vertices[0];
-        let cross = |i: usize| {
-            let (a, b) = (self.vertices[i], self.vertices[i + 1]);
-            (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])
-        };
-        0.5 * (1..self.n.saturating_sub(1)).map(cross).sum::<f64>().abs()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::synth::Scene;
 
-    fn pattern(margin: f64) -> Pattern {
-        Pattern::new(&Board { margin, ..Scene::seed().board })
+    fn pattern(margin: f64) -> Squares {
+        let board = Scene::seed().board;
+        Squares::new(board.size, margin, board.levels)
     }
 
     #[test]

@@ -126,10 +126,19 @@ impl Degrade {
     /// # Errors
     /// [`Error::Unsupported`] where JPEG cannot hold a picture of this size.
     pub fn apply(&self, mut light: Plane<f32>, scene: &Scene, view: usize) -> Result<Plane<u8>> {
-        let stream = |s: Stream| random::stream(scene.seed, view, s as u64);
         if self.occlusion > 0.0 {
-            occlude(&mut light, self.occlusion, scene, view, &mut stream(Stream::Occlusion));
+            let mut rng = random::stream(scene.seed, view, Stream::Occlusion as u64);
+            occlude(&mut light, self.occlusion, scene, view, &mut rng);
         }
+        self.expose(light, scene.seed, view)
+    }
+
+    /// What lens and camera make of the light of a view: all that follows the occlusion.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] where JPEG cannot hold a picture of this size.
+    pub fn expose(&self, mut light: Plane<f32>, seed: u64, view: usize) -> Result<Plane<u8>> {
+        let stream = |s: Stream| random::stream(seed, view, s as u64);
         if self.blur > 0.0 {
             light = filter::gaussian(&light, self.blur);
         }

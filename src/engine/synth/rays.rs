@@ -44,6 +44,11 @@ impl Rays {
         Self { camera: camera.clone(), step, columns, rows, nodes }
     }
 
+    /// `[width, height]` of the camera's pictures, px.
+    pub(super) const fn size_px(&self) -> [u32; 2] {
+        self.camera.size_px
+    }
+
     /// Interpolation along x for the pixels −1..=w.
     pub(super) fn columns(&self) -> Vec<Taps> {
         (0..self.camera.size_px[0] + 2).map(|i| taps(f64::from(i) - 1.0, self.step, self.columns)).collect()

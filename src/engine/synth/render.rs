@@ -1,14 +1,14 @@
 //! Anti-aliased rendering by inverse mapping with area integration.
 //!
-//! The map from pixel to board coordinates is known at all pixel centres. Where no printed line passes within a pixel
-//! its grey value is that of its square. Elsewhere the map is developed to second order about the centre, the pixel
+//! The map from pixel to board coordinates is known at all pixel centres. Where no printed edge passes within a pixel
+//! its grey value is that of its place. Elsewhere the map is developed to second order about the centre, the pixel
 //! is cut into 2 × 2 parts, each part becomes a parallelogram on the board, and the areas that black and white take
 //! of it are computed by clipping. What remains neglected is the curvature within half a pixel: below 1e-4 px.
 
 use nalgebra::Vector3;
 
-use super::{Method, Scene, coverage::Pattern, crude, rays::Rays, surface::Surface};
-use crate::{Error, Result, image::Plane, pose::Pose};
+use super::{Method, Print, Scene, crude, rays::Rays, scene::check_camera, surface::Surface};
+use crate::{Error, Result, camera::Camera, image::Plane, pose::Pose};
 
 /// Parts per side of a pixel that a line crosses.
 const PARTS: i32 = 2;
@@ -53,37 +53,44 @@ impl<'a> Renderer<'a> {
             return Err(Error::Invalid(format!("view {} of a scene of {n} views", view + 1)));
         };
         Ok(match (&self.rays, self.scene.method) {
-            (Some(rays), Method::Exact) => Exact::new(self.scene, rays, &pose).picture(),
-            (_, Method::Exact) => Exact::new(self.scene, &Rays::new(&self.scene.camera), &pose).picture(),
+            (Some(rays), Method::Exact) => exact(self.scene, rays, &pose),
+            (_, Method::Exact) => exact(self.scene, &Rays::new(&self.scene.camera), &pose),
             (_, Method::Crude(cut)) => crude::picture(self.scene, &pose, cut),
         })
     }
 }
 
+fn exact(scene: &Scene, rays: &Rays, camera_from_board: &Pose) -> Plane<f32> {
+    let print = Print::checkerboard(&scene.board);
+    let surface = Surface::new(&scene.board, scene.degrade.bend);
+    Exact { rays, surface, print: &print, board_from_camera: camera_from_board.inverse() }.picture()
+}
+
+impl Print {
+    /// The light that falls on each pixel of a camera in front of which this board lies flat, in grey levels, not rounded.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where the camera is refused or its pictures are too large.
+    pub fn light(&self, camera: &Camera, camera_from_board: &Pose) -> Result<Plane<f32>> {
+        check_camera(camera)?;
+        let (surface, board_from_camera) = (Surface::FLAT, camera_from_board.inverse());
+        Ok(Exact { rays: &Rays::new(camera), surface, print: self, board_from_camera }.picture())
+    }
+}
+
 struct Exact<'a> {
-    scene: &'a Scene,
     rays: &'a Rays,
     surface: Surface,
-    pattern: Pattern,
+    print: &'a Print,
     board_from_camera: Pose,
 }
 
-/// Board coordinates, in squares, of three rows of pixels −1..=w; NaN where the board's plane is not seen.
+/// Board coordinates, in units of the print, of three rows of pixels −1..=w; NaN where the board's plane is not seen.
 type Window = [Vec<[f64; 2]>; 3];
 
-impl<'a> Exact<'a> {
-    fn new(scene: &'a Scene, rays: &'a Rays, camera_from_board: &Pose) -> Self {
-        Self {
-            scene,
-            rays,
-            surface: Surface::new(&scene.board, scene.degrade.bend),
-            pattern: Pattern::new(&scene.board),
-            board_from_camera: camera_from_board.inverse(),
-        }
-    }
-
+impl Exact<'_> {
     fn picture(&self) -> Plane<f32> {
-        let [w, h] = self.scene.camera.size_px.map(|n| n as usize);
+        let [w, h] = self.rays.size_px().map(|n| n as usize);
         let columns = self.rays.columns();
         let mut rays = Vec::with_capacity(w + 2);
         let mut read = |y: f64, out: &mut Vec<[f64; 2]>| {
@@ -105,10 +112,10 @@ impl<'a> Exact<'a> {
         picture
     }
 
-    /// Board coordinates, in squares, that a ray meets.
+    /// Board coordinates, in units of the print, that a ray meets.
     fn board(&self, ray: &Vector3<f64>) -> [f64; 2] {
         let direction = self.board_from_camera.rotation * ray;
-        self.surface.hit(&self.board_from_camera.translation, &direction).map(|v| v / self.scene.board.square)
+        self.surface.hit(&self.board_from_camera.translation, &direction).map(|v| v / self.print.unit())
     }
 
     fn pixel(&self, rows: &Window, x: usize, y: usize) -> f32 {
@@ -116,13 +123,13 @@ impl<'a> Exact<'a> {
         let b = |dx: usize, dy: usize| rows[dy][x + dx];
         let c = b(1, 1);
         // A wide lens looks past the board's plane with much of its picture, and along it where that ends.
-        let ends = self.scene.board.extent_squares();
+        let ends = self.print.ends();
         let past = |i: usize| {
             let at = b(i % 3, i / 3);
             at[0].is_nan() || (0..2).any(|k| !(FAR[0] * ends[k][1]..FAR[1] * ends[k][1]).contains(&at[k]))
         };
         if (0..9).all(past) {
-            return f32::from(self.scene.board.levels.background);
+            return self.print.background();
         }
         let along = |k: usize| 0.5 * (b(2, 1)[k] - b(0, 1)[k]);
         let down = |k: usize| 0.5 * (b(1, 2)[k] - b(1, 0)[k]);
@@ -135,9 +142,9 @@ impl<'a> Exact<'a> {
             let reach = j[k][0].abs() + j[k][1].abs();
             c[k] + reach < ends[k][0] || c[k] - reach > ends[k][1]
         }) {
-            return f32::from(self.scene.board.levels.background);
+            return self.print.background();
         }
-        if let Some(level) = self.pattern.uniform(c, j) {
+        if let Some(level) = self.print.uniform(c, j) {
             return level;
         }
         let xx = |k: usize| b(2, 1)[k] - 2.0 * c[k] + b(0, 1)[k];
@@ -160,7 +167,7 @@ impl<'a> Exact<'a> {
                     let [xx, xy, yy] = second[k];
                     [part * (j[k][0] + xx * u + xy * v), part * (j[k][1] + xy * u + yy * v)]
                 };
-                sum += self.pattern.mean([at(0), at(1)], [slope(0), slope(1)]);
+                sum += self.print.mean([at(0), at(1)], [slope(0), slope(1)]);
             }
         }
         sum / (PARTS * PARTS) as f32
@@ -173,11 +180,7 @@ impl<'a> Exact<'a> {
         for v in 0..SAMPLES {
             for u in 0..SAMPLES {
                 let b = self.board(&self.rays.exact(x as f64 + offset(u), y as f64 + offset(v)));
-                sum += if b[0].is_nan() {
-                    f32::from(self.scene.board.levels.background)
-                } else {
-                    self.pattern.at(b)
-                };
+                sum += if b[0].is_nan() { self.print.background() } else { self.print.at(b) };
             }
         }
         sum / (SAMPLES * SAMPLES) as f32

@@ -129,6 +129,21 @@ pub struct ScenePose {
     pub description: String,
 }
 
+/// Refuses a camera whose pictures cannot be drawn.
+///
+/// # Errors
+/// [`Error::Invalid`] from [`Camera::validate`], and where they are too large.
+pub(super) fn check_camera(camera: &Camera) -> Result<()> {
+    camera.validate()?;
+    let [w, h] = camera.size_px;
+    if u64::from(w) * u64::from(h) > MAX_PIXELS {
+        return Err(Error::Invalid(format!(
+            "a picture of {w} x {h} px is too large: at most 200 megapixels"
+        )));
+    }
+    Ok(())
+}
+
 impl Board {
     /// The squares' inner corners as a target.
     pub const fn target(&self) -> Target {
@@ -276,13 +291,7 @@ impl Scene {
     /// [`Error::Invalid`] with the view and the number that is wrong: not finite, not positive, a board behind the
     /// camera or one that shows its back.
     pub fn validate(&self) -> Result<()> {
-        self.camera.validate()?;
-        let [w, h] = self.camera.size_px;
-        if u64::from(w) * u64::from(h) > MAX_PIXELS {
-            return Err(Error::Invalid(format!(
-                "a picture of {w} x {h} px is too large: at most 200 megapixels"
-            )));
-        }
+        check_camera(&self.camera)?;
         let b = &self.board;
         if b.size.cols < 2 || b.size.rows < 2 || b.size.cols > 500 || b.size.rows > 500 {
             return Err(Error::Invalid(format!(

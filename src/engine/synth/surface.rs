@@ -18,6 +18,9 @@ pub(super) struct Surface {
 }
 
 impl Surface {
+    /// A plane.
+    pub(super) const FLAT: Self = Self { a: 0.0, xc: 0.0 };
+
     /// The board's surface; `bend` is the sag over the width of the squares, in the board's unit.
     pub(super) fn new(board: &Board, bend: f64) -> Self {
         let half = f64::from(board.size.cols + 1) * board.square / 2.0;
