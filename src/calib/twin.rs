@@ -1,10 +1,10 @@
 //! The synthetic twin of a capture: the same boards before the same camera, drawn anew, so that the truth is known.
 //!
 //! Every picture is rendered at its pose ([`super::synth`]) with the grey levels and the blur that its own corners were found to have
-//! (`Light`, of checkerboards; those of an ordinary print where they are not known), and with as much noise as makes the detector predict the same σ for its
-//! corners as in the photograph, as far as it does not hide the board: shot noise and JPEG are in that σ, too. The real detector finds the corners, the real solver the camera, again and again with other noise. What a parameter is off
-//! on average is its bias, how it varies its scatter, and both stand beside the σ that was predicted: from pictures to the camera, not only
-//! from corners.
+//! (`Light`, of checkerboards; those of an ordinary print where they are not known), and with as much noise as makes the detector predict
+//! the same σ for its corners as in the photograph, as far as it does not hide the board: shot noise and JPEG are in that σ, too. The real
+//! detector finds the corners, the real solver the camera, again and again with other noise. What a parameter is off on average is its
+//! bias, how it varies its scatter, and both stand beside the σ that was predicted: from pictures to the camera, not only from corners.
 //!
 //! Whatever of a target is detected can be drawn: checkerboards, markers and circles, black on white. Of circles the solver's correction of
 //! their centres is part of each run, as in the capture.

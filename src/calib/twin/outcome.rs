@@ -221,7 +221,7 @@ impl Corners {
 }
 
 /// Indices of points that are joined by a printed edge.
-fn neighbours(target: &Target) -> Vec<[u32; 2]> {
+pub(super) fn neighbours(target: &Target) -> Vec<[u32; 2]> {
     let mut pairs = Vec::new();
     match target {
         Target::Circles { .. } | Target::Points { .. } => {}

@@ -161,6 +161,33 @@ fn asymmetric_circle_grids_have_a_twin() {
     holds("acircles:4x9", 28.0, 0.015, 1.15, 0.006);
 }
 
+/// Each pair is a side of a printed square, and each such side is there once.
+#[test]
+fn neighbours_are_the_ends_of_printed_edges() {
+    // Rows and columns of corners; of single markers only their own sides.
+    for (board, sides) in [
+        ("9x6", 8 * 6 + 9 * 5),
+        ("charuco:9x6:4x4_50", 7 * 5 + 8 * 4),
+        ("aprilgrid:4x3", 7 * 6 + 8 * 5),
+        ("aruco-grid:5x4:4x4_50", 4 * 20),
+        ("circles:8x6", 0),
+    ] {
+        let edge = Length { value: 1.0, unit: Unit::Mm };
+        let target = board.parse::<Design>().unwrap().target(edge, 1.0).unwrap();
+        let pairs = outcome::neighbours(&target);
+        let mut each: Vec<[u32; 2]> = pairs.iter().map(|[a, b]| [*a.min(b), *a.max(b)]).collect();
+        each.sort_unstable();
+        each.dedup();
+        assert_eq!((pairs.len(), each.len()), (sides, sides), "{board}");
+        for [a, b] in pairs {
+            let step = target.point_in_board(b).unwrap() - target.point_in_board(a).unwrap();
+            // A square is 1 long, and the small ones of an AprilGrid are 0.3.
+            let straight = step.x.abs().min(step.y.abs()) < 1e-9;
+            assert!(straight && step.norm() < 1.0 + 1e-9, "{board} {a} {b}");
+        }
+    }
+}
+
 /// A σ that noise alone would explain only where it hides the board.
 #[test]
 fn noise_does_not_hide_the_board() {
