@@ -132,6 +132,8 @@ inBrowser('sources of error, an earlier calibration, a twin', {}, async b => {
   await page.see('Recalibrate: 2 of 3 left the first');
   await page.click('Close last.json');
   await page.gone('last.json');
+  await page.click(node => words(node) === 'earlier.json');
+  await page.see('RMS over the picture');
   await page.click('Menu');
   await page.click('Lab');
   await page.click(node => words(node) === 'Twin');

@@ -135,7 +135,7 @@ fn figure(ui: &mut Ui, t: &'static Tokens, name: &str, points: &[Point], bands: 
     let ends = points.iter().flat_map(|p| [p.y - p.sigma, p.y + p.sigma]);
     let [low, high] = span(&mut ends.chain(bands.iter().copied().flatten()));
     // No parts of a number or a day.
-    let most = ((right - left) as usize).clamp(1, 5);
+    let most = ((right - left).ceil() as usize).clamp(1, 5);
     let (x, y) = (Axis::new(left, right, most, ""), Axis::new(low, high, 5, ""));
     let room = ui.available_rect_before_wrap();
     let mut child = part(ui, "plot", room.with_max_y(room.bottom() - 14.0));
