@@ -33,6 +33,10 @@ pub fn page(report: &Report) -> String {
         tone(level),
         escape(&verdict)
     );
+    if report.solution.is_some() {
+        let alone = escape(&diagnose::verdict(report).rms_words());
+        body += &format!("<p class=\"muted\">{alone}</p>\n");
+    }
     body += &tables::advice(report);
     body += &tables::findings(report);
     if let Some(solution) = &report.solution {

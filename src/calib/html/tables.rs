@@ -23,18 +23,13 @@ fn pairs(rows: &[(&str, String)]) -> String {
     format!("<table><tbody>\n{}</tbody></table>\n", rows.concat())
 }
 
-/// What RMS alone would have said, and what is behind the verdict, the worst first.
+/// What is behind the verdict, the worst first.
 pub(super) fn findings(report: &Report) -> String {
-    let mut out = String::new();
-    if report.solution.is_some() {
-        let alone = diagnose::verdict(report).rms_words();
-        out = format!("<p class=\"muted\">{}</p>\n", escape(&alone));
-    }
     let list = diagnose::findings(report);
     if list.is_empty() {
-        return out;
+        return String::new();
     }
-    out += "<ul class=\"findings\">\n";
+    let mut out = "<ul class=\"findings\">\n".to_owned();
     for f in &list {
         let _ = writeln!(
             out,

@@ -185,7 +185,7 @@ fn names_and_reasons_cannot_leave_their_place() {
     let html = page(&report());
     let (json, rest) = parts(&html);
     assert!(!html.contains("<script>alert") && !html.contains("</script><b>") && !rest.contains("<b>"));
-    assert!(rest.contains("&lt;script&gt;alert(&#39;x&#39;)") && rest.contains("one &amp; &lt;two&gt;"));
+    assert!(rest.contains("&lt;script&gt;alert(&#39;x&#39;)") && rest.contains("One &amp; &lt;two&gt;"));
     assert!(rest.contains("title=\"a/&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt;&amp;&quot;.png\""));
     assert!(!json.contains('<'));
     assert_eq!(html.matches("</script>").count(), 2);
