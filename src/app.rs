@@ -254,7 +254,7 @@ impl App {
         // Beside pictures that are open camera files are calibrations to compare with.
         if !paths.is_empty() && paths.iter().all(|path| files::is_camera(path)) {
             if self.state.doc.frames.is_empty() {
-                return self.state.apply(files::tell_bad(files::WITHOUT_PICTURES.to_owned()));
+                return self.state.apply(files::without_pictures(&paths));
             }
             return paths.into_iter().for_each(|camera| self.inbox.open_camera(camera));
         }

@@ -24,10 +24,6 @@ use crate::{
 /// Extensions that are offered first where pictures are asked for.
 const PICTURES: [&str; 10] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp", "webp", "pgm", "ppm", "pnm"];
 
-/// Told where camera files are opened before pictures.
-pub const WITHOUT_PICTURES: &str =
-    "A calibration is compared with pictures: open pictures of the board first, then drop its file once more";
-
 /// Where dialogs answer.
 pub struct Inbox {
     receiver: mpsc::Receiver<Action>,
@@ -92,6 +88,15 @@ fn camera_extensions() -> Vec<&'static str> {
 pub fn is_camera(path: &Path) -> bool {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     extension.is_some_and(|e| camera_extensions().contains(&e.as_str()))
+}
+
+/// Says that camera files were opened before pictures.
+pub fn without_pictures(paths: &[PathBuf]) -> Action {
+    let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    tell_bad(format!(
+        "{}: a calibration is compared with pictures; open pictures of the board first, then drop its file once more",
+        paths.iter().map(name).collect::<Vec<_>>().join(", ")
+    ))
 }
 
 /// What opening a camera file comes to; `written` is when the file itself was, days since 1970.
