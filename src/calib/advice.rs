@@ -87,7 +87,8 @@ impl Figures {
 }
 
 impl Figure {
-    const fn of_figures(self, figures: &Figures) -> Option<f64> {
+    /// Its value among these, px.
+    pub const fn of_figures(self, figures: &Figures) -> Option<f64> {
         match self {
             Self::Corner => figures.worst_corner_px,
             Self::Mean => figures.mean_px,

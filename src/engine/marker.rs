@@ -6,7 +6,7 @@
 //! [`guess::guess`] finds the board of a set. So a new description of the board never costs a new detection.
 //!
 //! The order is: [`regions`] of one colour, of which the hull is a quadrangle ([`quads`]), whose sides are fitted below the
-//! pixel ([`outline`]), and whose cells are [`read`]; then the [`crossings`]. Each is tried from the full picture to ever smaller ones,
+//! pixel ([`outline`]), and whose cells are [`read`]; then all [`sides`] once more as exactly as the pixels allow, and the [`crossings`]. Each is tried from the full picture to ever smaller ones,
 //! where large and blurred markers are found. Both polarities are looked at: of an inverted print borders are white.
 
 mod aprilgrid;
@@ -23,6 +23,7 @@ mod place;
 mod quads;
 mod read;
 mod regions;
+mod sides;
 
 use std::borrow::Cow;
 
@@ -167,6 +168,7 @@ fn search<T: Sample>(picture: &Plane<T>, gray: &Gray) -> Sighting {
         }
     }
     order::by(&mut marks, |m| [m.center().y, m.center().x]);
+    sides::sharpen(picture, &mut marks);
     let crossings = crossings::crossings(picture, &levels, &marks);
     Sighting { marks, crossings }
 }
@@ -179,10 +181,10 @@ fn mark<T: Sample>(
     quad: &Quad,
     contrast: f32,
 ) -> Option<Mark> {
-    let mut rough = Outline::fit(&*levels[k], &quad.corners, quad.dark, REACH, false)?;
+    let mut rough = Outline::fit(&*levels[k], &quad.corners, quad.dark, REACH)?;
     // Blur rounds corners off, so the first sides may be askew: again from where they meet.
     if (0..4).any(|i| (rough.corners[i] - quad.corners[i]).norm() > AGAIN) {
-        rough = Outline::fit(&*levels[k], &rough.corners, quad.dark, REACH, false)?;
+        rough = Outline::fit(&*levels[k], &rough.corners, quad.dark, REACH)?;
     }
     // Cells are read where they are a few pixels large: less noise, and no sample between two pixels.
     let rough_side = side(&rough.corners);
@@ -196,7 +198,7 @@ fn mark<T: Sample>(
     }
     let start = scaled(&rough, k, 0);
     let reach = if k == 0 { 1.5 } else { 0.35 * f64::from(1u32 << k) + 2.0 };
-    let fine = Outline::fit(picture, &start.corners, quad.dark, reach.min(24.0), true).unwrap_or(start);
+    let fine = Outline::fit(picture, &start.corners, quad.dark, reach.min(24.0)).unwrap_or(start);
     Some(Mark { corners: fine.corners, sigma_px: fine.sigma_px, inverted: !quad.dark, readings })
 }
 

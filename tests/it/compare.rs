@@ -160,7 +160,7 @@ fn a_series_is_in_the_order_of_its_dates() {
     let series = Series::new(list.clone()).unwrap();
     let files: Vec<&str> = series.entries.iter().map(|e| e.file.as_str()).collect();
     assert_eq!(files, ["a.json", "b.json", "c.json", "d.json"]);
-    assert!(series.recalibrate && series.sentence().starts_with("Recalibrate"), "{}", series.sentence());
+    assert!(series.recalibrate && series.sentence().starts_with("Changed since"), "{}", series.sentence());
     assert_eq!(series.entries[1].verdict, Verdict::WithinChance);
     let slope = series.focal_by_temperature.unwrap();
     assert!((slope.slope - 0.4).abs() < 0.1 && slope.is_significant(), "{slope:?}");

@@ -122,14 +122,14 @@ inBrowser('sources of error, an earlier calibration, a twin', {}, async b => {
   await page.drop([['earlier.json', JSON.stringify(report)]]);
   await page.see('RMS over the picture');
   // Held against the pictures by a worker.
-  await page.see('Recalibrate: the focal length moved by');
+  await page.see('No longer valid: the focal length moved by');
   await page.gone('is in your downloads');
   await page.still();
   await looks(b, page, 'compare');
   const shorter = JSON.stringify(report, (name, value) => (name === 'fx' || name === 'fy') && value > 900 ? value - 3 : value);
   await page.drop([['later.json', JSON.stringify(report) + ' '], ['last.json', shorter]]);
   await page.see('last.json');
-  await page.see('Recalibrate: 2 of 3 left the first');
+  await page.see('2 of 3 differ from it by more than chance');
   await page.click('Close last.json');
   await page.gone('last.json');
   await page.click(node => words(node) === 'earlier.json');

@@ -61,7 +61,7 @@ fn times(times: f64) -> &'static str {
         t if t < 0.6 => "at half the usual distance",
         t if t < 0.9 => "at two thirds of the usual distance",
         t if t < 1.2 => "at the usual distance",
-        t if t < 1.7 => "half as far away again as usual",
+        t if t < 1.7 => "at one and a half times the usual distance",
         _ => "at twice the usual distance",
     }
 }

@@ -119,7 +119,9 @@ impl Series {
         let out = self.entries.iter().filter(|e| e.verdict == Verdict::Differ).count();
         match (last.verdict, &last.chance) {
             (Verdict::Differ, Some(c)) => format!(
-                "Recalibrate: {} of {} left the first by more than chance explains, the last by {} px where chance makes at most {}.",
+                "Changed since {}: {} of {} differ from it by more than chance explains, the last by {} px where chance makes at most {}. \
+                 Use the newest calibration, or recalibrate.",
+                self.entries[0].file,
                 out,
                 self.entries.len() - 1,
                 significant(c.moved_px, 2),
@@ -146,7 +148,7 @@ impl Series {
         let (x, name) = match (temperatures, days) {
             (Some(list), _) => (list, "Temperature, °C".to_owned()),
             (None, Some(list)) => (list, format!("Days since {}", date::iso(start))),
-            _ => ((1..=self.entries.len()).map(|i| i as f64).collect(), "Number".to_owned()),
+            _ => ((1..=self.entries.len()).map(|i| i as f64).collect(), "Row of the table".to_owned()),
         };
         let points = |y: &dyn Fn(&Entry) -> (f64, f64)| -> Vec<Point> {
             let point = |(x, e): (&f64, &Entry)| {
@@ -235,10 +237,10 @@ impl Entry {
         ]
     }
 
-    /// What to do about it.
+    /// Whether it is the camera of the first.
     pub const fn word(&self) -> &'static str {
         match self.verdict {
-            Verdict::Differ => "recalibrate",
+            Verdict::Differ => "changed",
             Verdict::WithinChance => "",
             Verdict::Unknown => "no σ",
         }

@@ -151,7 +151,8 @@ impl Validity {
             format!("the focal length moved by {px} ± {sigma} px ({:+.2} %), ", 100.0 * f.share)
         });
         format!(
-            "Recalibrate: {named}the projection moved by {moved} px, places weighted by their certainty, where chance makes at most {limit}; the new pictures fit to {held} px{expected}."
+            "No longer valid: {named}the projection moved by {moved} px, places weighted by their certainty, where chance makes at most {limit}; the new pictures fit to {held} px{expected}. \
+             Use a calibration of the new pictures, or recalibrate."
         )
     }
 }

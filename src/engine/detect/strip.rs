@@ -48,6 +48,7 @@ mod lanes;
 mod normal;
 mod profile;
 mod scatter;
+pub(crate) mod side;
 #[cfg(test)]
 mod tests;
 

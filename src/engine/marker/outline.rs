@@ -1,7 +1,8 @@
 //! The outline of a marker below the pixel: four sides, each a parabola through the steepest places across it, and their crossings.
 //!
 //! A place on a side is the vertex of the gradient along the normal: what lies a few pixels off the side (a thin margin, the next
-//! square) has little to say in it. Curvature is fitted where the side is long enough to show it: lenses bend.
+//! square) has little to say in it. Curvature is fitted where the side is long enough to show it: lenses bend. It is a safe start, where
+//! [`super::sides`] begins.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -16,8 +17,6 @@ const PLACES: std::ops::RangeInclusive<usize> = 6..=28;
 const LONG: f64 = 22.0;
 /// Share of the median gradient that a place needs.
 const WEAK: f32 = 0.3;
-/// Sum of the gradients beside the steepest place, relative to it, above which an edge is soft.
-const SOFT: f32 = 1.5;
 /// How much less a parabola must leave than a line.
 const BENT: f64 = 0.95;
 /// Share of the places of a side that must agree.
@@ -50,18 +49,16 @@ struct Side {
 }
 
 impl Outline {
-    /// Fits the sides near `start` (clockwise), each within `reach` px; `exact`: as well as sharp edges allow, else as safely as
-    /// possible. `None` where a side is not there or is ragged.
+    /// Fits the sides near `start` (clockwise), each within `reach` px. `None` where a side is not there or is ragged.
     pub(super) fn fit<T: Sample>(
         picture: &Plane<T>,
         start: &[Vector2<f64>; 4],
         dark: bool,
         reach: f64,
-        exact: bool,
     ) -> Option<Self> {
         let mut sides = Vec::with_capacity(4);
         for k in 0..4 {
-            sides.push(Side::fit(picture, start[k], start[(k + 1) % 4], dark, (reach, exact))?);
+            sides.push(Side::fit(picture, start[k], start[(k + 1) % 4], dark, reach)?);
         }
         let mut out = Self { corners: *start, sigma_px: [0.0; 4], bulge: [Vector2::zeros(); 4] };
         for k in 0..4 {
@@ -91,7 +88,7 @@ impl Side {
         from: Vector2<f64>,
         to: Vector2<f64>,
         dark: bool,
-        reach: (f64, bool),
+        reach: f64,
     ) -> Option<Self> {
         let (middle, along) = (0.5 * (from + to), 0.5 * (to - from));
         let half = along.norm();
@@ -155,7 +152,7 @@ fn steepest<T: Sample>(
     at: Vector2<f64>,
     normal: Vector2<f64>,
     dark: bool,
-    (reach, exact): (f64, bool),
+    reach: f64,
 ) -> Option<(f64, f32)> {
     const MOST: usize = 64;
     let half = (reach.ceil() as usize + 2).min(MOST / 2 - 1);
@@ -172,18 +169,8 @@ fn steepest<T: Sample>(
     if b <= 0.0 || (best == 2 && a > b) || (best == n - 3 && c > b) {
         return None;
     }
-    let vertex = if !exact || a.max(0.0) + c.max(0.0) > SOFT * b {
-        let bend = a - 2.0 * b + c;
-        if bend < 0.0 { (0.5 * (a - c) / bend).clamp(-0.6, 0.6) } else { 0.0 }
-    } else {
-        // A vertex of three samples leans to the pixel; the mean of a sharp edge's gradient does not.
-        let near = (best - 2).max(1)..=(best + 2).min(n - 2);
-        let (sum, moment) = near.fold((0.0, 0.0), |(s, m), j| {
-            let g = gradient(j).max(0.0);
-            (s + g, m + g * (j as f32 - best as f32))
-        });
-        moment / sum
-    };
+    let bend = a - 2.0 * b + c;
+    let vertex = if bend < 0.0 { (0.5 * (a - c) / bend).clamp(-0.6, 0.6) } else { 0.0 };
     Some((best as f64 - half as f64 + f64::from(vertex), b))
 }
 
@@ -284,12 +271,12 @@ mod tests {
             (220.0 - 1.8 * part.count() as f64) as u8
         });
         let start = truth.map(|p| p + Vector2::new(1.2, -0.8));
-        let found = Outline::fit(&picture, &start, true, 3.0, true).unwrap();
+        let found = Outline::fit(&picture, &start, true, 3.0).unwrap();
         for k in 0..4 {
             let off = (found.corners[k] - truth[k]).norm();
             assert!(off < 0.12 && found.sigma_px[k] < 0.2, "{k}: {off} {}", found.sigma_px[k]);
         }
-        assert!(Outline::fit(&picture, &start, false, 3.0, true).is_none());
+        assert!(Outline::fit(&picture, &start, false, 3.0).is_none());
     }
 
     #[test]

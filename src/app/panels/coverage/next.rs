@@ -14,7 +14,7 @@ use crate::{
         widgets::{certainty, empty, field, fit_top_left, named, text},
     },
     calib::{
-        advice::{Advice, Goal, Next},
+        advice::{Advice, Figure, Goal, Next},
         camera::Camera,
         target::Target,
     },
@@ -109,12 +109,15 @@ fn words(cx: &mut Cx<'_>, ui: &mut Ui, advice: &Advice) {
     }
     ui.add_space(8.0);
     if let Some(before) = advice.before {
-        let after = advice.after;
-        for (name, before, after) in [
-            ("worst corner", before.worst_corner_px, after.map(|a| a.worst_corner_px)),
-            ("centre", before.center_px, after.map(|a| a.center_px)),
-            ("mean of the map", before.mean_px, after.map(|a| a.mean_px)),
-        ] {
+        // σ of the centre is told against the mean of all boards, so a board in a corner can raise it: only where that is the goal.
+        for (figure, name) in
+            [(Figure::Corner, "worst corner"), (Figure::Centre, "centre"), (Figure::Mean, "whole map")]
+        {
+            if figure == Figure::Centre && advice.goal.figure != figure {
+                continue;
+            }
+            let (before, after) =
+                (figure.of_figures(&before), advice.after.map(|after| figure.of_figures(&after)));
             ui.horizontal(|ui| {
                 ui.label(small(name, t.text2));
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -137,10 +140,17 @@ fn words(cx: &mut Cx<'_>, ui: &mut Ui, advice: &Advice) {
             Err(error) => cx.push(tell_bad(error.to_string())),
         }
     }
-    ui.label(small(
-        "Or 5mm@2m; of depth 1cm@2m,baseline=12cm; with ,centre or ,mean for other places",
-        t.text3,
-    ));
+    for (example, words) in [
+        ("1px,centre", "or 1px,mean: elsewhere"),
+        ("5mm@2m", "sideways, at 2 m"),
+        ("1cm@2m,baseline=12cm", "in depth"),
+    ] {
+        ui.horizontal_wrapped(|ui| {
+            ui.spacing_mut().item_spacing.x = 6.0;
+            ui.label(small(example, t.text2));
+            ui.label(small(words, t.text3));
+        });
+    }
     ui.add_space(4.0);
     ui.label(small(&advice.promise, t.ink));
 }

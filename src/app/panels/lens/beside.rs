@@ -67,10 +67,10 @@ pub(super) fn show(cx: &mut Cx<'_>, ui: &mut Ui) {
     let mut words = crate::app::panels::part(ui, "words", room);
     head(cx, &mut words, &beside.name);
     ScrollArea::vertical().auto_shrink(false).show(&mut words, |ui| {
-        validity(cx, ui, beside);
+        let told = validity(cx, ui, beside);
         ui.add_space(8.0);
         match comparison {
-            Some(Ok(comparison)) => figures(cx, ui, comparison),
+            Some(Ok(comparison)) => figures(cx, ui, comparison, told),
             Some(Err(error)) => drop(ui.label(text(error.to_string(), font::regular(font::SMALL), cx.t.bad))),
             None => {}
         }
@@ -115,12 +115,13 @@ pub(super) fn switch(cx: &mut Cx<'_>, ui: &mut Ui) {
     });
 }
 
-/// Whether the earlier calibration still holds, from the pictures with it held.
-fn validity(cx: &Cx<'_>, ui: &mut Ui, beside: &Beside) {
+/// Whether the earlier calibration still holds, from the pictures with it held; the answer is whether that could be told.
+fn validity(cx: &Cx<'_>, ui: &mut Ui, beside: &Beside) -> bool {
     let t = cx.t;
-    let Some(answer) = cx.state.data.answer.as_deref() else { return };
+    let Some(answer) = cx.state.data.answer.as_deref() else { return false };
     let key = validity_key(answer, beside);
-    let (words, color) = match cx.state.data.validity.as_ref().filter(|v| v.0 == key) {
+    let validity = cx.state.data.validity.as_ref().filter(|v| v.0 == key);
+    let (words, color) = match validity {
         None => ("Holding it against the pictures…".to_owned(), t.text3),
         Some((_, Ok(found))) => {
             let color = match found.answer {
@@ -135,6 +136,7 @@ fn validity(cx: &Cx<'_>, ui: &mut Ui, beside: &Beside) {
         }
     };
     ui.label(text(words, font::regular(font::SMALL), color));
+    validity.is_some_and(|(_, found)| found.as_ref().is_ok_and(|f| f.answer != Answer::Unclear))
 }
 
 /// Before there is one.
@@ -193,15 +195,18 @@ fn map(cx: &mut Cx<'_>, ui: &Ui, room: Rect, known: &Known, comparison: &Compari
     );
 }
 
-fn figures(cx: &Cx<'_>, ui: &mut Ui, c: &Comparison) {
+/// How far points move, and the earlier parameters; `told`: the words above say already whether chance explains it.
+fn figures(cx: &Cx<'_>, ui: &mut Ui, c: &Comparison, told: bool) {
     let t = cx.t;
     let color = match c.verdict {
         Verdict::WithinChance => t.ok,
         Verdict::Differ => t.bad,
         Verdict::Unknown => t.warn,
     };
-    ui.label(text(minus(c.sentence()), font::regular(font::SMALL), color));
-    ui.add_space(6.0);
+    if !told {
+        ui.label(text(minus(c.sentence()), font::regular(font::SMALL), color));
+        ui.add_space(6.0);
+    }
     (ui.spacing_mut().interact_size.y, ui.spacing_mut().item_spacing.y) = (16.0, 3.0);
     let row = |ui: &mut Ui, name: &str, value: String| {
         ui.horizontal(|ui| {
@@ -211,14 +216,15 @@ fn figures(cx: &Cx<'_>, ui: &mut Ui, c: &Comparison) {
             });
         });
     };
-    for (name, figures) in [
-        ("RMS in the middle half", c.middle),
-        ("RMS over the picture", c.whole),
-        ("RMS in the corners", c.corners),
-    ] {
+    let title = |ui: &mut Ui, words: &str| ui.label(text(words, font::medium(font::SMALL), t.ink));
+    title(ui, "How far points move (RMS)");
+    for (name, figures) in
+        [("in the middle half", c.middle), ("over the picture", c.whole), ("in the corners", c.corners)]
+    {
         row(ui, name, format!("{} px", significant(figures.rms_px, 2)));
     }
     ui.add_space(6.0);
+    title(ui, "Earlier values, off by");
     for p in &c.parameters {
         let value = match p.sigma[0].filter(|s| *s > 0.0) {
             Some(sigma) => with_sigma(p.values[0], sigma).join(" ± "),

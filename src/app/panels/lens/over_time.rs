@@ -120,7 +120,10 @@ fn figures(ui: &mut Ui, t: &'static Tokens, series: &Series) {
         figure(&mut child, t, name, points, bands);
         let below = pos2(room.right(), room.bottom());
         let painter = child.painter();
-        painter.text(below, egui::Align2::RIGHT_BOTTOM, &course.over, font::regular(font::CAPTION), t.text3);
+        let caption =
+            |at, align, words: &str| painter.text(at, align, words, font::regular(font::CAPTION), t.text3);
+        caption(below, egui::Align2::RIGHT_BOTTOM, &course.over);
+        caption(room.left_bottom(), egui::Align2::LEFT_BOTTOM, "grey: what chance explains");
     }
 }
 

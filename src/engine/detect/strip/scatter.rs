@@ -97,10 +97,14 @@ impl Scatter {
     pub(super) fn beside(&self, usual: [f64; 2], least: f64) -> Matrix2<f64> {
         self.covariance([0, 1].map(|k| {
             let (variance, n) = self.rows[k].unwrap_or_default();
-            let factor = (variance / self.white * n + usual[k] * ROWS_OF_BOARD) / (n + ROWS_OF_BOARD);
-            factor.max(least / self.white)
+            towards(variance / self.white, n, usual[k]).max(least / self.white)
         }))
     }
+}
+
+/// What `n` rows say of a factor, drawn towards the usual one of the board.
+pub(super) fn towards(factor: f64, n: f64, usual: f64) -> f64 {
+    (factor * n + usual * ROWS_OF_BOARD) / (n + ROWS_OF_BOARD)
 }
 
 /// The usual factors of a board, the medians over its corners of what the rows say of either edge.
