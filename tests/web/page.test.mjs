@@ -120,7 +120,7 @@ inBrowser('sources of error, an earlier calibration, a twin', {}, async b => {
   // The same camera, 2 px longer.
   for (const camera of [report, ...report.cameras]) camera.camera_matrix.fx += 2, camera.camera_matrix.fy += 2;
   await page.drop([['earlier.json', JSON.stringify(report)]]);
-  await page.see('RMS over the picture');
+  await page.see('How far points move (RMS)');
   // Held against the pictures by a worker.
   await page.see('No longer valid: the focal length moved by');
   await page.gone('is in your downloads');
@@ -133,7 +133,7 @@ inBrowser('sources of error, an earlier calibration, a twin', {}, async b => {
   await page.click('Close last.json');
   await page.gone('last.json');
   await page.click(node => words(node) === 'earlier.json');
-  await page.see('RMS over the picture');
+  await page.see('How far points move (RMS)');
   await page.click('Menu');
   await page.click('Lab');
   await page.click(node => words(node) === 'Twin');
